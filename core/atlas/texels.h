@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/atlas/layout.h"
+
+namespace lightbatch::atlas {
+
+/// The part of one triangle inside one texel.
+struct Fragment {
+  std::uint32_t triangle = 0;
+  /// Covered samples of the texel's 4 x 4 grid (bit 4 j + i: sample ((i + .5) / 4, (j + .5) / 4));
+  /// exact fill rule, so that neighbours in one chart never share a sample. May be 0 when the
+  /// triangle touches the texel between samples.
+  std::uint16_t mask = 0;
+  float area = 0;          // of triangle and texel's intersection, in texels, in (0, 1]
+  Vec2f centroid;          // of that intersection, page texel coordinates
+};
+
+struct Texel {
+  std::uint32_t chart = 0;
+  std::uint16_t page = 0;
+  std::uint16_t x = 0;
+  std::uint16_t y = 0;
+  std::uint16_t fragment_count = 0;
+  std::uint32_t first_fragment = 0;
+  float coverage = 0;  // sum of fragment areas, at most about 1
+};
+
+/// All texels that some surface covers, sorted by page, row, column.
+struct TexelMap {
+  std::vector<Texel> texels;
+  std::vector<Fragment> fragments;
+  std::vector<std::vector<std::uint32_t>> index;  // per page: width * height -> texel or kNone
+
+  std::span<const Fragment> fragments_of(const Texel& t) const {
+    return std::span(fragments).subspan(t.first_fragment, t.fragment_count);
+  }
+};
+
+/// A point on the surface: position = barycentric mix of the triangle's corners.
+struct SurfacePoint {
+  std::uint32_t triangle = 0;
+  float u = 0, v = 0;  // barycentric, inside the triangle (clamped)
+};
+
+/// Exact coverage of every texel by the laid-out triangles. Deterministic; parallel.
+TexelMap cover_texels(const scene::Scene& scene, const Layout& layout);
+
+/// The surface point of a triangle at page coordinates (clamped to the triangle).
+SurfacePoint point_at(const Layout& layout, std::uint32_t triangle, Vec2f page_uv);
+
+}  // namespace lightbatch::atlas

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/math/aabb.h"
+
+namespace lightbatch::hierarchy {
+
+/// The one tree of the product: binary, tight axis-aligned boxes, single primitives at the leaves,
+/// no primitive twice. Depth-first order: the root is node 0, the left child of i is i + 1, the
+/// right child is i + 2 * count(i + 1); a node over n primitives takes 2n - 1 places. So the tree
+/// of a set of boxes does not depend on threads or timing. Immutable after building; safe to read
+/// from any thread.
+///
+/// A node covers the leaves [first(i), first(i) + count(i)) of leaf order; primitive(k) is the
+/// primitive of leaf k. Clusters of radiosity, culling and batches are nodes of this tree.
+class Hierarchy {
+ public:
+  using NodeId = std::uint32_t;
+
+  bool is_empty() const { return nodes_.empty(); }
+  std::uint32_t node_count() const { return static_cast<std::uint32_t>(nodes_.size()); }
+  std::uint32_t primitive_count() const { return static_cast<std::uint32_t>(primitives_.size()); }
+
+  bool is_leaf(NodeId i) const { return nodes_[i].count == 1; }
+  NodeId left(NodeId i) const { return i + 1; }
+  NodeId right(NodeId i) const { return i + 2 * nodes_[i + 1].count; }
+  const Aabb& box(NodeId i) const { return nodes_[i].box; }
+  std::uint32_t first(NodeId i) const { return nodes_[i].first; }
+  std::uint32_t count(NodeId i) const { return nodes_[i].count; }
+  std::uint32_t primitive(std::uint32_t leaf_order) const { return primitives_[leaf_order]; }
+  std::span<const std::uint32_t> primitives(NodeId i) const {
+    return std::span(primitives_).subspan(first(i), count(i));
+  }
+
+ private:
+  friend class HierarchyBuilder;
+  struct Node {
+    Aabb box;
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+  };
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> primitives_;
+};
+
+struct BuildOptions {
+  bool reinsertion = true;  // second stage (Bittner 2013; Meister and Bittner 2018)
+};
+
+/// Builds the tree over boxes (finite, lower <= upper; at most 2^30). Mueller, Schaefer, Fellner
+/// 1999: every split position on three axes of lists sorted once, the cheapest taken.
+/// O(n log n); depth is bounded on any input; same tree on any number of threads.
+Hierarchy build(std::span<const Aabb> boxes, const BuildOptions& options = {});
+
+}  // namespace lightbatch::hierarchy

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "core/base/bytes.h"
+#include "core/base/status.h"
+#include "core/image/image.h"
+
+namespace lightbatch::image {
+
+/// What the first bytes say; kUnknown is not an error by itself.
+enum class Format { kUnknown, kPng, kJpeg, kWebp, kKtx2, kHdr, kExr };
+Format detect_format(std::span<const std::byte> bytes);
+
+/// Decodes PNG, JPEG or WebP to 8-bit RGBA. The header is read and checked against max_pixels
+/// before anything is allocated. INPUT_MALFORMED / INPUT_OVER_BUDGET / INPUT_UNSUPPORTED (KTX2 and
+/// others). `place` names the image in errors.
+Result<Image8> decode_image8(std::span<const std::byte> bytes, const std::string& place,
+                             std::uint64_t max_pixels = std::uint64_t{1} << 26);
+
+/// Decodes Radiance .hdr or OpenEXR to linear float RGB (environment maps). Same errors.
+Result<ImageRgb> decode_image_rgb(std::span<const std::byte> bytes, const std::string& place,
+                                  std::uint64_t max_pixels = std::uint64_t{1} << 26);
+
+/// PNG, 8 bits, RGBA or (alpha = false) RGB. Deterministic bytes.
+Bytes encode_png(const Image8& image, bool alpha);
+
+/// OpenEXR, half float R, G, B and A (coverage in [0, 1]; one value a pixel, or empty for 1),
+/// ZIP compression, row 0 on top. Deterministic bytes. Values beyond 65504 are clamped.
+Result<Bytes> encode_exr_half(const ImageRgb& image, std::span<const float> alpha);
+
+}  // namespace lightbatch::image

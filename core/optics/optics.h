@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/math/rgb.h"
+#include "core/rays/caster.h"
+#include "core/scene/scene.h"
+
+namespace lightbatch::optics {
+
+/// Reflectance is clamped here: closed scenes must converge.
+constexpr float kMaxReflectance = 0.999f;
+
+/// How the material of a triangle acts on light, point by point. Immutable; thread-safe.
+///
+/// With a = alpha coverage (MASK: 0 or 1; BLEND: alpha; OPAQUE: 1), t = transmission:
+///   reflectance rho = a (1 - t) (1 - metallic) baseColor, at most 0.999
+///   straight-through T = (1 - a) + a t (1 - metallic) baseColor (thin sheet, no refraction)
+class Optics {
+ public:
+  explicit Optics(const scene::Scene& scene);
+
+  /// Diffuse reflectance at barycentric (u, v) of the triangle.
+  Rgb reflectance(std::uint32_t triangle, float u, float v) const;
+  /// Emitted luminance of the front (of both sides when double-sided), nits.
+  Rgb emission(std::uint32_t triangle, float u, float v) const;
+  /// Straight-through transmittance per channel.
+  Rgb transmittance(std::uint32_t triangle, float u, float v) const;
+
+  bool emits(std::uint32_t triangle) const { return flags_[triangle] & kEmits; }
+  bool double_sided(std::uint32_t triangle) const { return flags_[triangle] & kDoubleSided; }
+  /// Reflectance varies over the triangle (texture), else one value serves.
+  bool textured_reflectance(std::uint32_t triangle) const { return flags_[triangle] & kTexturedReflectance; }
+  bool textured_emission(std::uint32_t triangle) const { return flags_[triangle] & kTexturedEmission; }
+  /// Transmits partly somewhere (BLEND, transmission): a ray that hits it goes on, weakened.
+  bool sheet(std::uint32_t triangle) const { return flags_[triangle] & kSheet; }
+
+  /// kOpaque, kFiltered (alpha mixed, or sheet), kClear; one per triangle, for rays::Caster.
+  const std::vector<rays::Surface>& surfaces() const { return surfaces_; }
+
+  std::uint64_t opaque_count() const { return counts_[0]; }
+  std::uint64_t filtered_count() const { return counts_[1]; }
+  std::uint64_t clear_count() const { return counts_[2]; }
+
+  const scene::Scene& scene() const { return *scene_; }
+
+ private:
+  enum Flag : std::uint8_t {
+    kEmits = 1,
+    kDoubleSided = 2,
+    kTexturedReflectance = 4,
+    kTexturedEmission = 8,
+    kSheet = 16,
+    kMask = 32,
+  };
+  struct Pixel;
+  Rgb base_color(const scene::Material& m, std::uint32_t triangle, float u, float v,
+                 float* alpha) const;
+
+  const scene::Scene* scene_;
+  std::vector<std::uint8_t> flags_;
+  std::vector<rays::Surface> surfaces_;
+  std::uint64_t counts_[3] = {0, 0, 0};
+  std::vector<Rgb> constant_reflectance_;  // one per material; used when not textured
+};
+
+/// Lets rays pass cut-out texels. For closest hits: sheets stop the ray (the caller goes on behind
+/// them). One filter serves one ray at a time.
+class ClosestFilter final : public rays::HitFilter {
+ public:
+  explicit ClosestFilter(const Optics& optics) : optics_(optics) {}
+  bool stops(const rays::Hit& hit) override;
+
+ private:
+  const Optics& optics_;
+};
+
+/// For shadow rays: gathers the product of transmittances of everything that lets light through.
+class ShadowFilter final : public rays::HitFilter {
+ public:
+  explicit ShadowFilter(const Optics& optics) : optics_(optics) {}
+  bool stops(const rays::Hit& hit) override;
+  void reset() { transmittance_ = {1, 1, 1}; }
+  Rgb transmittance() const { return transmittance_; }
+
+ private:
+  const Optics& optics_;
+  Rgb transmittance_{1, 1, 1};
+};
+
+}  // namespace lightbatch::optics
