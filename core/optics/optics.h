@@ -32,8 +32,12 @@ class Optics {
   bool emits(std::uint32_t triangle) const { return flags_[triangle] & kEmits; }
   bool double_sided(std::uint32_t triangle) const { return flags_[triangle] & kDoubleSided; }
   /// Reflectance varies over the triangle (texture), else one value serves.
-  bool textured_reflectance(std::uint32_t triangle) const { return flags_[triangle] & kTexturedReflectance; }
-  bool textured_emission(std::uint32_t triangle) const { return flags_[triangle] & kTexturedEmission; }
+  bool textured_reflectance(std::uint32_t triangle) const {
+    return flags_[triangle] & kTexturedReflectance;
+  }
+  bool textured_emission(std::uint32_t triangle) const {
+    return flags_[triangle] & kTexturedEmission;
+  }
   /// Transmits partly somewhere (BLEND, transmission): a ray that hits it goes on, weakened.
   bool sheet(std::uint32_t triangle) const { return flags_[triangle] & kSheet; }
 
@@ -55,9 +59,8 @@ class Optics {
     kSheet = 16,
     kMask = 32,
   };
-  struct Pixel;
-  Rgb base_color(const scene::Material& m, std::uint32_t triangle, float u, float v,
-                 float* alpha) const;
+  struct Point;
+  Point point(const scene::Material& m, std::uint32_t triangle, float u, float v) const;
 
   const scene::Scene* scene_;
   std::vector<std::uint8_t> flags_;
@@ -72,9 +75,12 @@ class ClosestFilter final : public rays::HitFilter {
  public:
   explicit ClosestFilter(const Optics& optics) : optics_(optics) {}
   bool stops(const rays::Hit& hit) override;
+  /// Alpha look-ups so far, for the effect counters.
+  std::uint64_t asked() const { return asked_; }
 
  private:
   const Optics& optics_;
+  std::uint64_t asked_ = 0;
 };
 
 /// For shadow rays: gathers the product of transmittances of everything that lets light through.
@@ -84,9 +90,11 @@ class ShadowFilter final : public rays::HitFilter {
   bool stops(const rays::Hit& hit) override;
   void reset() { transmittance_ = {1, 1, 1}; }
   Rgb transmittance() const { return transmittance_; }
+  std::uint64_t asked() const { return asked_; }
 
  private:
   const Optics& optics_;
+  std::uint64_t asked_ = 0;
   Rgb transmittance_{1, 1, 1};
 };
 

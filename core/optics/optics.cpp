@@ -1,0 +1,229 @@
+#include "core/optics/optics.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+
+#include "core/base/parallel.h"
+#include "core/optics/texture.h"
+
+namespace lightbatch::optics {
+namespace {
+
+using scene::AlphaMode;
+using scene::Material;
+using scene::Scene;
+using scene::TextureSlot;
+
+Vec2f uv_at(const Scene& scene, const TextureSlot& slot, std::uint32_t triangle, float u, float v) {
+  const std::vector<Vec2f>& set = slot.uv_set == 0 ? scene.uv0 : scene.uv1;
+  if (set.empty()) return {};
+  const auto& corner = scene.triangles[triangle].vertex;
+  return set[corner[0]] * (1 - u - v) + set[corner[1]] * u + set[corner[2]] * v;
+}
+
+std::array<float, 4> sample(const Scene& scene, const TextureSlot& slot, std::uint32_t triangle,
+                            float u, float v, bool srgb) {
+  return sample_texture(*scene.images[slot.image], slot, uv_at(scene, slot, triangle, u, v), srgb);
+}
+
+/// The images' ranges, made once for each image that some material's slot uses.
+class Ranges {
+ public:
+  explicit Ranges(const Scene& scene) : scene_(scene) {
+    for (const Material& m : scene.materials) {
+      for (const TextureSlot* slot : {&m.base_color_texture, &m.metallic_texture,
+                                      &m.emission_texture, &m.transmission_texture}) {
+        if (slot->present() && !ranges_.contains(slot->image)) {
+          ranges_.emplace(slot->image, TextureRange(*scene.images[slot->image]));
+        }
+      }
+    }
+  }
+
+  TextureRange::Range of(const TextureSlot& slot, std::uint32_t triangle) const {
+    Vec2f lower{}, upper{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec2f uv = transform_uv(
+          slot, uv_at(scene_, slot, triangle, i == 1 ? 1.0f : 0.0f, i == 2 ? 1.0f : 0.0f));
+      if (i == 0) {
+        lower = upper = uv;
+      } else {
+        lower = {std::min(lower.x, uv.x), std::min(lower.y, uv.y)};
+        upper = {std::max(upper.x, uv.x), std::max(upper.y, uv.y)};
+      }
+    }
+    return ranges_.at(slot.image).over(slot, lower, upper);
+  }
+
+  bool varies(const TextureSlot& slot, std::uint32_t triangle, std::size_t first,
+              std::size_t last) const {
+    if (!slot.present()) return false;
+    const TextureRange::Range range = of(slot, triangle);
+    for (std::size_t c = first; c <= last; ++c) {
+      if (range.lowest[c] != range.highest[c]) return true;
+    }
+    return false;
+  }
+
+ private:
+  const Scene& scene_;
+  std::map<std::uint32_t, TextureRange> ranges_;
+};
+
+bool all_zero(const TextureRange::Range& range) {
+  return range.highest[0] == 0 && range.highest[1] == 0 && range.highest[2] == 0;
+}
+
+Rgb clamp_reflectance(const Rgb& c) {
+  return {std::clamp(c.r, 0.0f, kMaxReflectance), std::clamp(c.g, 0.0f, kMaxReflectance),
+          std::clamp(c.b, 0.0f, kMaxReflectance)};
+}
+
+struct Classes {
+  std::uint8_t flags = 0;
+  rays::Surface surface = rays::Surface::kOpaque;
+};
+
+}  // namespace
+
+/// Everything about one point of a triangle that the three quantities need.
+struct Optics::Point {
+  Rgb base_color;
+  float alpha;
+  float dielectric;    // 1 - metallic
+  float transmission;  // of what is there (alpha aside)
+};
+
+Optics::Point Optics::point(const Material& m, std::uint32_t triangle, float u, float v) const {
+  Point p{m.base_color, m.alpha, 1.0f - m.metallic, m.transmission};
+  if (m.base_color_texture.present()) {
+    const auto texel = sample(*scene_, m.base_color_texture, triangle, u, v, true);
+    p.base_color *= Rgb{texel[0], texel[1], texel[2]};
+    p.alpha *= texel[3];
+  }
+  if (m.metallic_texture.present()) {
+    p.dielectric =
+        1.0f - m.metallic * sample(*scene_, m.metallic_texture, triangle, u, v, false)[2];
+  }
+  if (m.transmission_texture.present() && m.transmission > 0) {
+    p.transmission *= sample(*scene_, m.transmission_texture, triangle, u, v, false)[0];
+  }
+  switch (m.alpha_mode) {
+    case AlphaMode::kOpaque:
+      p.alpha = 1;
+      break;
+    case AlphaMode::kMask:
+      p.alpha = p.alpha >= m.alpha_cutoff ? 1.0f : 0.0f;
+      break;
+    case AlphaMode::kBlend:
+      p.alpha = std::clamp(p.alpha, 0.0f, 1.0f);
+      break;
+  }
+  return p;
+}
+
+Optics::Optics(const Scene& scene) : scene_(&scene) {
+  const Ranges ranges(scene);
+  const std::size_t count = scene.triangles.size();
+  flags_.resize(count);
+  surfaces_.resize(count);
+  for (const Material& m : scene.materials) {
+    const bool varying = m.base_color_texture.present() || m.metallic_texture.present() ||
+                         m.transmission_texture.present();
+    const Rgb rho = m.base_color * ((1 - m.metallic) * (1 - m.transmission) *
+                                    (m.alpha_mode == AlphaMode::kBlend ? m.alpha : 1.0f));
+    constant_reflectance_.push_back(varying ? Rgb{} : clamp_reflectance(rho));
+  }
+  parallel_for(count, 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto triangle = static_cast<std::uint32_t>(i);
+      const Material& m = scene.material_of(triangle);
+      Classes c;
+      if (m.double_sided) c.flags |= kDoubleSided;
+      if (!m.emission.is_black() &&
+          (!m.emission_texture.present() || !all_zero(ranges.of(m.emission_texture, triangle)))) {
+        c.flags |= kEmits;
+        if (ranges.varies(m.emission_texture, triangle, 0, 2)) c.flags |= kTexturedEmission;
+      }
+      const bool alpha_counts = m.alpha_mode != AlphaMode::kOpaque;
+      if (ranges.varies(m.base_color_texture, triangle, 0, alpha_counts ? 3 : 2) ||
+          ranges.varies(m.metallic_texture, triangle, 2, 2) ||
+          ranges.varies(m.transmission_texture, triangle, 0, 0)) {
+        c.flags |= kTexturedReflectance;
+      }
+      float low = m.alpha, high = m.alpha;
+      if (alpha_counts && m.base_color_texture.present()) {
+        const auto range = ranges.of(m.base_color_texture, triangle);
+        low *= static_cast<float>(range.lowest[3]) / 255.0f;
+        high *= static_cast<float>(range.highest[3]) / 255.0f;
+      }
+      if (m.alpha_mode == AlphaMode::kMask) {
+        if (high < m.alpha_cutoff) {
+          c.surface = rays::Surface::kClear;
+        } else if (low < m.alpha_cutoff) {
+          c.surface = rays::Surface::kFiltered;
+          c.flags |= kMask;
+        }
+      } else if (m.alpha_mode == AlphaMode::kBlend && low < 1.0f) {
+        if (high <= 0.0f) {
+          c.surface = rays::Surface::kClear;
+        } else {
+          c.surface = rays::Surface::kFiltered;
+          c.flags |= kSheet;
+        }
+      }
+      if (m.transmission > 0 && c.surface != rays::Surface::kClear) {
+        c.surface = rays::Surface::kFiltered;
+        c.flags |= kSheet;
+      }
+      flags_[i] = c.flags;
+      surfaces_[i] = c.surface;
+    }
+  });
+  for (const rays::Surface surface : surfaces_) ++counts_[static_cast<std::size_t>(surface)];
+}
+
+Rgb Optics::reflectance(std::uint32_t triangle, float u, float v) const {
+  const std::uint32_t material = scene_->objects[scene_->triangles[triangle].object].material;
+  const Material& m = scene_->materials[material];
+  const bool varying = m.base_color_texture.present() || m.metallic_texture.present() ||
+                       m.transmission_texture.present();
+  if (!varying) return constant_reflectance_[material];
+  const Point p = point(m, triangle, u, v);
+  return clamp_reflectance(p.base_color * (p.alpha * p.dielectric * (1 - p.transmission)));
+}
+
+Rgb Optics::emission(std::uint32_t triangle, float u, float v) const {
+  if (!emits(triangle)) return {};
+  const Material& m = scene_->material_of(triangle);
+  Rgb value = m.emission;
+  if (m.emission_texture.present()) {
+    const auto texel = sample(*scene_, m.emission_texture, triangle, u, v, true);
+    value *= Rgb{texel[0], texel[1], texel[2]};
+  }
+  return value;
+}
+
+Rgb Optics::transmittance(std::uint32_t triangle, float u, float v) const {
+  if (surfaces_[triangle] == rays::Surface::kOpaque) return {};
+  if (surfaces_[triangle] == rays::Surface::kClear) return {1, 1, 1};
+  const Point p = point(scene_->material_of(triangle), triangle, u, v);
+  return Rgb::grey(1 - p.alpha) +
+         p.base_color * (p.alpha * std::clamp(p.transmission, 0.0f, 1.0f) * p.dielectric);
+}
+
+bool ClosestFilter::stops(const rays::Hit& hit) {
+  ++asked_;
+  if (optics_.sheet(hit.triangle)) return true;
+  return optics_.transmittance(hit.triangle, hit.u, hit.v).is_black();
+}
+
+bool ShadowFilter::stops(const rays::Hit& hit) {
+  ++asked_;
+  transmittance_ *= optics_.transmittance(hit.triangle, hit.u, hit.v);
+  return transmittance_.is_black();
+}
+
+}  // namespace lightbatch::optics
