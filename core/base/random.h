@@ -38,7 +38,8 @@ class Random {
   constexpr double next_double() { return static_cast<double>(next_u64() >> 11) * 0x1p-53; }
   /// Uniform in [0, bound); bound > 0. Bias below bound / 2^64.
   constexpr std::uint64_t below(std::uint64_t bound) {
-    return static_cast<std::uint64_t>((static_cast<unsigned __int128>(next_u64()) * bound) >> 64);
+    __extension__ using Wide = unsigned __int128;
+    return static_cast<std::uint64_t>((static_cast<Wide>(next_u64()) * bound) >> 64);
   }
 
  private:
