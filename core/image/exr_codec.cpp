@@ -1,0 +1,167 @@
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <half.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <vector>
+
+#include "core/image/codecs.h"
+#include "core/image/formats.h"
+
+namespace lightbatch::image {
+namespace {
+
+constexpr float kLargestHalf = 65504.0f;
+
+class SpanStream : public Imf::IStream {
+ public:
+  explicit SpanStream(std::span<const std::byte> bytes) : IStream("image"), bytes_(bytes) {}
+
+  bool read(char c[], int n) override {
+    if (n < 0 || static_cast<std::uint64_t>(n) > bytes_.size() - offset_) {
+      throw std::runtime_error("the data ends too early");
+    }
+    std::memcpy(c, bytes_.data() + offset_, static_cast<std::size_t>(n));
+    offset_ += static_cast<std::size_t>(n);
+    return offset_ < bytes_.size();
+  }
+  std::uint64_t tellg() override { return offset_; }
+  void seekg(std::uint64_t position) override {
+    if (position > bytes_.size()) throw std::runtime_error("an offset lies past the end");
+    offset_ = static_cast<std::size_t>(position);
+  }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::size_t offset_ = 0;
+};
+
+class BytesStream : public Imf::OStream {
+ public:
+  BytesStream() : OStream("image") {}
+
+  void write(const char c[], int n) override {
+    const std::size_t count = static_cast<std::size_t>(n);
+    if (offset_ + count > bytes.size()) bytes.resize(offset_ + count);
+    std::memcpy(bytes.data() + offset_, c, count);
+    offset_ += count;
+  }
+  std::uint64_t tellp() override { return offset_; }
+  void seekp(std::uint64_t position) override { offset_ = static_cast<std::size_t>(position); }
+
+  Bytes bytes;
+
+ private:
+  std::size_t offset_ = 0;
+};
+
+/// A slice that reads component `channel` of image (whose first pixel is at the data window's
+/// corner) as float. OpenEXR wants the address of pixel (0, 0), which may lie outside.
+Imf::Slice float_slice(ImageRgb& image, const Imath::Box2i& window, std::size_t channel) {
+  const auto stride = static_cast<std::ptrdiff_t>(sizeof(Rgb));
+  const std::ptrdiff_t row = stride * image.width;
+  auto* base = reinterpret_cast<char*>(image.pixels.data()) + channel * sizeof(float);
+  const std::uintptr_t origin =
+      reinterpret_cast<std::uintptr_t>(base) -
+      static_cast<std::uintptr_t>(window.min.x * stride + window.min.y * row);
+  return {Imf::FLOAT, reinterpret_cast<char*>(origin), static_cast<std::size_t>(stride),
+          static_cast<std::size_t>(row)};
+}
+
+Result<ImageRgb> decode(std::span<const std::byte> bytes, const std::string& place,
+                        std::uint64_t max_pixels) {
+  SpanStream stream(bytes);
+  Imf::InputFile file(stream);
+  const Imf::Header& header = file.header();
+  const Imath::Box2i window = header.dataWindow();
+  const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
+  const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
+  LB_RETURN_IF_ERROR(check_size(width, height, max_pixels, place));
+
+  const Imf::ChannelList& channels = header.channels();
+  const bool colour = channels.findChannel("R") != nullptr &&
+                      channels.findChannel("G") != nullptr && channels.findChannel("B") != nullptr;
+  if (!colour && channels.findChannel("Y") == nullptr) {
+    return unsupported(place, "the EXR image has neither R, G, B nor Y channels");
+  }
+  const char* names[3] = {colour ? "R" : "Y", "G", "B"};
+  ImageRgb image(static_cast<int>(width), static_cast<int>(height));
+  Imf::FrameBuffer frame;
+  for (std::size_t i = 0; i < (colour ? 3u : 1u); ++i) {
+    const Imf::Channel* channel = channels.findChannel(names[i]);
+    if (channel->xSampling != 1 || channel->ySampling != 1) {
+      return unsupported(place, "the EXR image has subsampled channels");
+    }
+    frame.insert(names[i], float_slice(image, window, i));
+  }
+  file.setFrameBuffer(frame);
+  file.readPixels(window.min.y, window.max.y);
+  for (Rgb& pixel : image.pixels) {
+    if (!colour) pixel = Rgb::grey(pixel.r);
+    if (!is_finite(pixel))
+      return malformed(place, "the EXR image holds a value that is not finite");
+  }
+  return image;
+}
+
+}  // namespace
+
+Result<ImageRgb> decode_exr(std::span<const std::byte> bytes, const std::string& place,
+                            std::uint64_t max_pixels) {
+  try {
+    return decode(bytes, place, max_pixels);
+  } catch (const std::exception& error) {
+    return malformed(place, std::string("broken EXR: ") + error.what());
+  }
+}
+
+Result<Bytes> encode_exr_half(const ImageRgb& image, std::span<const float> alpha) {
+  if (image.width <= 0 || image.height <= 0) return bad_option("an EXR image needs pixels");
+  if (!alpha.empty() && alpha.size() != image.pixels.size()) {
+    return bad_option("coverage needs one value a pixel");
+  }
+  struct Pixel {
+    half r, g, b, a;
+  };
+  const auto to_half = [](float value) {
+    return half(std::isnan(value) ? 0.0f : std::clamp(value, -kLargestHalf, kLargestHalf));
+  };
+  std::vector<Pixel> pixels(image.pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const Rgb& rgb = image.pixels[i];
+    pixels[i] = {to_half(rgb.r), to_half(rgb.g), to_half(rgb.b),
+                 to_half(alpha.empty() ? 1.0f : alpha[i])};
+  }
+  try {
+    Imf::Header header(image.width, image.height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::FrameBuffer frame;
+    const char* names[4] = {"R", "G", "B", "A"};
+    for (std::size_t i = 0; i < 4; ++i) {
+      header.channels().insert(names[i], Imf::Channel(Imf::HALF));
+      frame.insert(
+          names[i],
+          Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels.data()) + i * sizeof(half),
+                     sizeof(Pixel), sizeof(Pixel) * static_cast<std::size_t>(image.width)));
+    }
+    BytesStream stream;
+    {
+      Imf::OutputFile file(stream, header, 0);
+      file.setFrameBuffer(frame);
+      file.writePixels(image.height);
+    }
+    return std::move(stream.bytes);
+  } catch (const std::exception& error) {
+    return Status(StatusCode::kInternal, "IMAGE_ENCODE_FAILED",
+                  std::string("EXR image cannot be written: ") + error.what());
+  }
+}
+
+}  // namespace lightbatch::image
