@@ -1,0 +1,33 @@
+#include "core/hierarchy/hierarchy.h"
+
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/hierarchy/builder.h"
+
+namespace lightbatch::hierarchy {
+
+Hierarchy HierarchyBuilder::finish(TreeArrays&& arrays) {
+  Hierarchy tree;
+  tree.nodes_.resize(arrays.boxes.size());
+  std::uint32_t leaves = 0;
+  for (std::size_t i = 0; i < arrays.boxes.size(); ++i) {
+    tree.nodes_[i] = {arrays.boxes[i], leaves, arrays.counts[i]};
+    if (arrays.counts[i] == 1) ++leaves;
+  }
+  tree.primitives_ = std::move(arrays.primitives);
+  return tree;
+}
+
+Hierarchy build(std::span<const Aabb> boxes, const BuildOptions&) {
+  LB_CHECK(boxes.size() <= (std::size_t{1} << 30), "more primitives than the hierarchy can hold");
+  if (boxes.empty()) return {};
+  for (const Aabb& box : boxes) {
+    LB_CHECK(is_finite(box.lower) && is_finite(box.upper) && !box.is_empty() &&
+                 box.lower.y <= box.upper.y && box.lower.z <= box.upper.z,
+             "hierarchy boxes must be finite with lower <= upper");
+  }
+  return HierarchyBuilder::finish(sweep_scalar(boxes));
+}
+
+}  // namespace lightbatch::hierarchy

@@ -1,0 +1,41 @@
+#include "core/rays/caster.h"
+
+#include "core/rays/kernel.h"
+#include "core/rays/wide_tree.h"
+
+namespace lightbatch::rays {
+
+const Kernel& kernel() {
+#if defined(__x86_64__)
+  static const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                               __builtin_cpu_supports("bmi");
+  if (has_avx2) return avx2_kernel();
+#endif
+  return baseline_kernel();
+}
+
+struct Caster::Tree {
+  WideTree wide;
+  const Kernel* kernel;
+};
+
+Caster::Caster(const hierarchy::Hierarchy& tree, std::span<const Vec3f> positions,
+               std::span<const std::array<std::uint32_t, 3>> triangles,
+               std::span<const Surface> surfaces)
+    : tree_(new Tree{collapse(tree, positions, triangles, surfaces), &kernel()}) {}
+Caster::~Caster() = default;
+Caster::Caster(Caster&&) noexcept = default;
+Caster& Caster::operator=(Caster&&) noexcept = default;
+
+Hit Caster::closest(const Ray& ray, std::uint32_t exclude, HitFilter* filter) const {
+  return tree_->kernel->closest(tree_->wide, ray, exclude, filter);
+}
+
+bool Caster::occluded(const Ray& ray, std::uint32_t exclude_a, std::uint32_t exclude_b,
+                      HitFilter* filter) const {
+  return tree_->kernel->occluded(tree_->wide, ray, exclude_a, exclude_b, filter);
+}
+
+std::size_t Caster::memory_bytes() const { return tree_->wide.memory_bytes(); }
+
+}  // namespace lightbatch::rays
