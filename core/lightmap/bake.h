@@ -1,0 +1,78 @@
+#pragma once
+
+#include <vector>
+
+#include "core/atlas/layout.h"
+#include "core/atlas/texels.h"
+#include "core/base/progress.h"
+#include "core/base/status.h"
+#include "core/optics/environment.h"
+#include "core/radiosity/direct_light.h"
+#include "core/radiosity/elements.h"
+#include "core/radiosity/solution.h"
+
+namespace lightbatch::lightmap {
+
+/// How finely the texels are measured. Chosen from the asked error by the accuracy room.
+struct GatherSettings {
+  int rays = 128;           // hemisphere rays of a computed texel
+  int block = 8;            // texels between the first computed texels of a chart; 1: all computed
+  double tolerance = 0.03;  // of sharing: a block is split when its middle is off by this share
+                            // of the mean irradiance
+  double reach = 0.5;       // of sharing: block edge at most this many harmonic mean distances
+  int pilot_rays = 4;       // emitter shadow rays of every texel
+  int refined_rays = 64;    // of texels whose pilot, or a neighbour's, is mixed
+  double deeper = 0.5;      // one more gather when a hit is nearer than this many element edges
+};
+
+/// What the bake reads; all outlive it.
+struct BakeInput {
+  const scene::Scene& scene;
+  const optics::Optics& optics;
+  const rays::Caster& caster;
+  const optics::Environment& sky;
+  const radiosity::DirectLight& direct;
+  const radiosity::Elements& elements;
+  const radiosity::Solution& solution;
+  const atlas::Layout& layout;
+  const atlas::TexelMap& texels;
+  bool indirect = true;        // anything comes from the hemisphere (sky or interreflection)
+  bool direct_lights = true;   // there are punctual lights or emitters
+  double mean_irradiance = 0;  // lux, area mean of the first stage: the scale of tolerances
+  std::uint64_t seed = 1;
+};
+
+struct BakeCounts {
+  radiosity::RayCounts rays;
+  std::uint64_t texels = 0;
+  std::uint64_t computed_texels = 0;  // gathered, the rest shared
+  std::uint64_t refined_texels = 0;   // direct light refined
+  std::uint64_t deeper_gathers = 0;
+
+  BakeCounts& operator+=(const BakeCounts& o) {
+    rays += o.rays;
+    texels += o.texels;
+    computed_texels += o.computed_texels;
+    refined_texels += o.refined_texels;
+    deeper_gathers += o.deeper_gathers;
+    return *this;
+  }
+};
+
+struct BakedTexels {
+  std::vector<Rgb> irradiance;  // lux, per texel of the TexelMap, all light
+  BakeCounts counts;
+};
+
+/// Irradiance of every texel. The same bytes on any number of threads. CANCELLED.
+Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& settings,
+                                const Progress& progress);
+
+/// Direct light alone: lux per texel.
+std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& settings,
+                             BakeCounts& counts, const Progress& progress);
+/// Light from the hemisphere (interreflection and sky) alone: lux per texel.
+std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
+                               BakeCounts& counts, const Progress& progress);
+
+}  // namespace lightbatch::lightmap

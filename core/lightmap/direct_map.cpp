@@ -1,0 +1,183 @@
+// Direct light of every texel. Every texel gets a pilot: a few shadow rays to the emitters and one
+// to each punctual light. Where the pilot is mixed, or differs from that of one of the eight
+// neighbours in the chart, the texel is refined with many more; the neighbour test is what finds
+// thin penumbrae. Unoccluded irradiance is exact (polygons, formulas), only visibility is sampled.
+
+#include <algorithm>
+#include <array>
+
+#include "core/base/parallel.h"
+#include "core/base/random.h"
+#include "core/lightmap/bake.h"
+#include "core/lightmap/texel_points.h"
+#include "core/scene/scene.h"
+
+namespace lightbatch::lightmap {
+namespace {
+
+using radiosity::DirectLight;
+using radiosity::EmitterTerms;
+using radiosity::Receiver;
+using radiosity::VisibilitySum;
+
+constexpr std::size_t kGrain = 256;
+
+/// Per texel, which lights it sees: emitters (2 bits) and a hash of the punctual lights' shares.
+struct Pilot {
+  std::uint8_t emitters = 0;  // 0 none asked, 1 dark, 2 lit, 3 mixed
+  std::uint32_t punctual = 0;
+  bool mixed = false;  // some light is seen in part, by the pilot itself
+  bool operator==(const Pilot& o) const { return emitters == o.emitters && punctual == o.punctual; }
+};
+
+/// Points of a texel used by the pilot: a spread of up to `wanted`.
+std::uint32_t stride_for(const TexelPoints& points, std::uint32_t wanted) {
+  return std::max(1u, points.count / std::max(1u, wanted));
+}
+
+class DirectMap {
+ public:
+  DirectMap(const BakeInput& input, const GatherSettings& settings)
+      : input_(input), settings_(settings), lights_(input.direct.sources().punctual()) {}
+
+  /// Direct light from `wanted` points of the texel, with `rays` emitter shadow rays in all. One
+  /// shadow ray a punctual light and point when `every_point`, else one a light.
+  Rgb measure(std::uint32_t t, std::uint32_t wanted, int rays, bool every_point, Pilot* pilot,
+              BakeCounts& counts) const {
+    const atlas::Texel& texel = input_.texels.texels[t];
+    const TexelPoints points = texel_points(input_.texels, texel);
+    const std::uint32_t stride = stride_for(points, wanted);
+    const std::uint32_t used = (points.count + stride - 1) / stride;
+    const int rays_each = std::max(1, rays / static_cast<int>(used));
+    const auto seed = static_cast<std::uint32_t>(item_seed(input_.seed, t, 11));
+    Rgbd emitted, punctual;
+    VisibilitySum seen;
+    bool any_terms = false;
+    for (std::uint32_t i = 0; i < used; ++i) {
+      const TexelPoints::Point& p =
+          points.point[std::min(points.count - 1, i * stride + stride / 2)];
+      const Receiver at = receiver_at(input_.scene, input_.layout, p, input_.direct.lift());
+      const EmitterTerms terms =
+          input_.direct.emitter_terms(at, item_seed(input_.seed, t, 200 + i), counts.rays);
+      if (terms.count > 0) {
+        any_terms = true;
+        const VisibilitySum own = input_.direct.emitter_visibility(
+            at, terms, rays_each, i * static_cast<std::uint32_t>(rays_each), seed, counts.rays);
+        emitted += to_double(terms.total * own.share());
+        seen.add(own);
+      }
+      if (every_point) {
+        for (const auto& light : lights_) {
+          const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
+          if (open.is_black()) continue;
+          punctual += to_double(open * input_.direct.punctual_visibility(at, light, counts.rays));
+        }
+      }
+    }
+    if (pilot != nullptr && any_terms) {
+      pilot->emitters = seen.none() ? 1 : seen.full() ? 2 : 3;
+      pilot->mixed = pilot->mixed || pilot->emitters == 3;
+    }
+    if (!every_point) punctual += pilot_punctual(texel, points, used, stride, *pilot, counts);
+    return to_float((emitted + punctual) / static_cast<double>(used));
+  }
+
+ private:
+  /// Punctual light by formula at the used points, one shadow ray a light from the central one;
+  /// returns the sum over the points.
+  Rgbd pilot_punctual(const atlas::Texel& texel, const TexelPoints& points, std::uint32_t used,
+                      std::uint32_t stride, Pilot& pilot, BakeCounts& counts) const {
+    Rgbd sum;
+    if (lights_.empty()) return sum;
+    const float lift = input_.direct.lift();
+    const Receiver centre =
+        receiver_at(input_.scene, input_.layout, central_point(input_.texels, texel), lift);
+    std::array<Receiver, 16> at;
+    for (std::uint32_t i = 0; i < used; ++i) {
+      at[i] = receiver_at(input_.scene, input_.layout,
+                          points.point[std::min(points.count - 1, i * stride + stride / 2)], lift);
+    }
+    std::uint32_t hash = 1;
+    for (const auto& light : lights_) {
+      Rgbd open;
+      int dark = 0;
+      for (std::uint32_t i = 0; i < used; ++i) {
+        const Rgb value = light.irradiance(at[i].frame.position, at[i].frame.normal);
+        dark += value.is_black() ? 1 : 0;
+        open += to_double(value);
+      }
+      if (open.is_black()) {
+        hash = hash * 0x9e3779b1u + 1;
+        continue;
+      }
+      if (dark > 0) pilot.mixed = true;  // the edge of a cone or of a range
+      const Rgb share = input_.direct.punctual_visibility(centre, light, counts.rays);
+      if (!(share == Rgb{1, 1, 1}) && !share.is_black()) pilot.mixed = true;
+      hash = hash * 0x9e3779b1u + (share.is_black() ? 2 : 3);
+      sum += open * to_double(share);
+    }
+    pilot.punctual = hash;
+    return sum;
+  }
+
+  const BakeInput& input_;
+  const GatherSettings& settings_;
+  const std::vector<radiosity::PunctualLight>& lights_;
+};
+
+/// A texel whose pilot differs from a neighbour's of the same chart.
+bool differs_from_neighbour(const atlas::TexelMap& map, const atlas::Layout& layout,
+                            const std::vector<Pilot>& pilots, std::uint32_t t) {
+  const atlas::Texel& texel = map.texels[t];
+  const atlas::Page& page = layout.pages[texel.page];
+  const auto& index = map.index[texel.page];
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int x = texel.x + dx;
+      const int y = texel.y + dy;
+      if (x < 0 || y < 0 || x >= page.width || y >= page.height) continue;
+      const std::uint32_t other = index[static_cast<std::size_t>(y * page.width + x)];
+      if (other == scene::kNone || map.texels[other].chart != texel.chart) continue;
+      if (!(pilots[other] == pilots[t]) || pilots[other].mixed) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& settings,
+                             BakeCounts& counts, const Progress& progress) {
+  const std::size_t count = input.texels.texels.size();
+  std::vector<Rgb> direct(count);
+  if (!input.direct_lights || count == 0) return direct;
+  const DirectMap map(input, settings);
+  std::vector<Pilot> pilots(count);
+  std::vector<BakeCounts> block((count + kGrain - 1) / kGrain);
+  const auto pilot_points = static_cast<std::uint32_t>(std::clamp(settings.pilot_rays, 1, 16));
+  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+    if (progress.cancelled()) return;
+    for (std::size_t i = begin; i < end; ++i) {
+      direct[i] = map.measure(static_cast<std::uint32_t>(i), pilot_points, settings.pilot_rays,
+                              false, &pilots[i], block[begin / kGrain]);
+    }
+  });
+  std::vector<std::uint32_t> refined;
+  for (std::uint32_t t = 0; t < count; ++t) {
+    if (pilots[t].mixed || differs_from_neighbour(input.texels, input.layout, pilots, t)) {
+      refined.push_back(t);
+    }
+  }
+  parallel_for(refined.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    if (progress.cancelled()) return;
+    for (std::size_t i = begin; i < end; ++i) {
+      direct[refined[i]] =
+          map.measure(refined[i], 16, settings.refined_rays, true, nullptr, block[begin / kGrain]);
+    }
+  });
+  for (const BakeCounts& c : block) counts += c;
+  counts.refined_texels += refined.size();
+  return direct;
+}
+
+}  // namespace lightbatch::lightmap

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "core/lightmap/bake.h"
+#include "core/lightmap/texel_points.h"
+
+namespace lightbatch::lightmap {
+
+/// Final gather: cosine rays from the points of a texel, reading the first stage where they land
+/// and the sky where they do not.
+///
+/// Directions are Owen-scrambled Sobol points; a third dimension deals the rays to the texel's
+/// points, so that every point sees the whole hemisphere. Light of the resolved lights is never
+/// read as an element's mean: lit elements use the light's formula at the hit, mixed ones a shadow
+/// ray. Where a hit is near against the element's edge, the element is replaced by one more gather.
+class Gather {
+ public:
+  Gather(const BakeInput& input, const GatherSettings& settings)
+      : input_(input), settings_(settings) {}
+
+  struct Value {
+    Rgb irradiance;
+    float distance = 0;  // harmonic mean length of the rays, metres; infinite when all escape
+  };
+  /// seed must differ between texels; rays >= 1.
+  Value operator()(const TexelPoints& points, int rays, std::uint32_t seed,
+                   BakeCounts& counts) const;
+
+ private:
+  /// Radiosity seen at a hit, lm/m2.
+  Rgb seen(const rays::Hit& hit, float distance, std::uint64_t seed, int depth,
+           BakeCounts& counts) const;
+  Rgb read(radiosity::ElementId e, const rays::Hit& hit, BakeCounts& counts) const;
+  Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, std::uint64_t seed, int depth,
+                    BakeCounts& counts) const;
+
+  const BakeInput& input_;
+  const GatherSettings& settings_;
+};
+
+}  // namespace lightbatch::lightmap

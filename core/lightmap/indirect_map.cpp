@@ -1,0 +1,234 @@
+// Light from the hemisphere, shared between neighbours by a quadtree on each chart: texels are
+// gathered at the corners and the middle of blocks; a block whose middle is well predicted by its
+// corners is filled bilinearly, others are split, down to single texels. Blocks are also split
+// while their edge is long against the harmonic mean distance of what the corners see (Ward et al.
+// 1988), so that contact shadows between the corners are not missed.
+//
+// Levels are worked one after another, all blocks of a level in parallel: no texel is gathered
+// twice and nothing depends on the number of threads.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/base/random.h"
+#include "core/lightmap/bake.h"
+#include "core/lightmap/gather.h"
+#include "core/scene/scene.h"
+
+namespace lightbatch::lightmap {
+namespace {
+
+constexpr std::size_t kGrain = 64;
+/// Corners whose normals differ more than this (cosine) do not share.
+constexpr float kSameSurface = 0.97f;
+
+/// Texel rectangle with computed corners, both ends included, in page coordinates.
+struct Block {
+  std::uint32_t chart = 0;
+  std::uint16_t page = 0;
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+class IndirectMap {
+ public:
+  IndirectMap(const BakeInput& input, const GatherSettings& settings, BakeCounts& counts,
+              const Progress& progress)
+      : input_(input),
+        settings_(settings),
+        counts_(counts),
+        progress_(progress),
+        gather_(input, settings),
+        value_(input.texels.texels.size()),
+        distance_(input.texels.texels.size(), 0.0f),
+        normal_(input.texels.texels.size()),
+        state_(input.texels.texels.size(), kUnknown) {}
+
+  std::vector<Rgb> run() {
+    std::vector<Block> blocks = first_blocks();
+    // Tiny charts and single texels have no corners to share with.
+    while (!blocks.empty() && !progress_.cancelled()) {
+      std::vector<std::uint32_t> wanted;
+      for (const Block& b : blocks) request(b, wanted);
+      compute(wanted);
+      std::vector<Block> next;
+      for (const Block& b : blocks) settle(b, next);
+      blocks.swap(next);
+    }
+    std::vector<std::uint32_t> rest;
+    for (std::uint32_t t = 0; t < state_.size(); ++t) {
+      if (state_[t] == kUnknown) want(t, rest);
+    }
+    if (!progress_.cancelled()) compute(rest);
+    return std::move(value_);
+  }
+
+ private:
+  enum State : std::uint8_t { kUnknown, kRequested, kComputed, kShared };
+
+  std::uint32_t texel_at(const Block& b, int x, int y) const {
+    const int width = input_.layout.pages[b.page].width;
+    const std::uint32_t t = input_.texels.index[b.page][static_cast<std::size_t>(y * width + x)];
+    return t != scene::kNone && input_.texels.texels[t].chart == b.chart ? t : scene::kNone;
+  }
+
+  std::vector<Block> first_blocks() const {
+    std::vector<Block> blocks;
+    const int step = settings_.block;
+    if (step <= 1) return blocks;
+    for (std::uint32_t c = 0; c < input_.layout.charts.size(); ++c) {
+      const atlas::Chart& chart = input_.layout.charts[c];
+      if (chart.tiny || chart.width < 3 || chart.height < 3) continue;
+      const int x_last = chart.x + chart.width - 1;
+      const int y_last = chart.y + chart.height - 1;
+      for (int y = chart.y; y < y_last; y += step) {
+        for (int x = chart.x; x < x_last; x += step) {
+          blocks.push_back({c, static_cast<std::uint16_t>(chart.page), x, y,
+                            std::min(x + step, x_last), std::min(y + step, y_last)});
+        }
+      }
+    }
+    return blocks;
+  }
+
+  void want(std::uint32_t t, std::vector<std::uint32_t>& wanted) {
+    if (t == scene::kNone || state_[t] != kUnknown) return;
+    state_[t] = kRequested;
+    wanted.push_back(t);
+  }
+
+  static std::array<std::array<int, 2>, 4> corners(const Block& b) {
+    return {{{b.x0, b.y0}, {b.x1, b.y0}, {b.x0, b.y1}, {b.x1, b.y1}}};
+  }
+
+  void request(const Block& b, std::vector<std::uint32_t>& wanted) {
+    for (const auto& c : corners(b)) want(texel_at(b, c[0], c[1]), wanted);
+    want(texel_at(b, (b.x0 + b.x1) / 2, (b.y0 + b.y1) / 2), wanted);
+  }
+
+  void compute(const std::vector<std::uint32_t>& wanted) {
+    std::vector<BakeCounts> block((wanted.size() + kGrain - 1) / kGrain);
+    parallel_for(wanted.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      if (progress_.cancelled()) return;
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t t = wanted[i];
+        const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
+        const Gather::Value v = gather_(points, settings_.rays,
+                                        static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)),
+                                        block[begin / kGrain]);
+        value_[t] = v.irradiance;
+        distance_[t] = v.distance;
+        normal_[t] = receiver_at(input_.scene, input_.layout, points.point[0], 0.0f).frame.normal;
+        state_[t] = kComputed;
+      }
+    });
+    for (const BakeCounts& c : block) counts_ += c;
+    counts_.computed_texels += wanted.size();
+    computed_so_far_ += wanted.size();
+    progress_.report("gather", static_cast<double>(computed_so_far_) /
+                                   static_cast<double>(std::max<std::size_t>(1, state_.size())));
+  }
+
+  /// Fills the block from its corners, or cuts it in (up to) four.
+  void settle(const Block& b, std::vector<Block>& next) {
+    if (b.x1 - b.x0 <= 1 && b.y1 - b.y0 <= 1) return;
+    if (predicted(b)) {
+      fill(b);
+      return;
+    }
+    const int xm = (b.x0 + b.x1) / 2;
+    const int ym = (b.y0 + b.y1) / 2;
+    const std::array<std::array<int, 2>, 2> xs{{{b.x0, xm}, {xm, b.x1}}};
+    const std::array<std::array<int, 2>, 2> ys{{{b.y0, ym}, {ym, b.y1}}};
+    for (const auto& y : ys) {
+      if (y[0] == y[1] && b.y0 != b.y1) continue;
+      for (const auto& x : xs) {
+        if (x[0] == x[1] && b.x0 != b.x1) continue;
+        next.push_back({b.chart, b.page, x[0], y[0], x[1], y[1]});
+      }
+    }
+  }
+
+  bool predicted(const Block& b) const {
+    std::array<std::uint32_t, 4> corner{};
+    float nearest = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto c = corners(b)[i];
+      corner[i] = texel_at(b, c[0], c[1]);
+      if (corner[i] == scene::kNone) return false;
+      nearest = std::min(nearest, distance_[corner[i]]);
+      if (dot(normal_[corner[i]], normal_[corner[0]]) < kSameSurface) return false;
+    }
+    for (int y = b.y0; y <= b.y1; ++y) {
+      for (int x = b.x0; x <= b.x1; ++x) {
+        if (texel_at(b, x, y) == scene::kNone) return false;
+      }
+    }
+    const double edge = std::max(b.x1 - b.x0, b.y1 - b.y0) / input_.layout.texels_per_metre;
+    if (edge > settings_.reach * static_cast<double>(nearest)) return false;
+    const int xm = (b.x0 + b.x1) / 2;
+    const int ym = (b.y0 + b.y1) / 2;
+    const Rgb guess = bilinear(b, corner, xm, ym);
+    const Rgb off = value_[texel_at(b, xm, ym)] - guess;
+    const float worst = std::max({std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
+    return static_cast<double>(worst) <= settings_.tolerance * input_.mean_irradiance;
+  }
+
+  Rgb bilinear(const Block& b, const std::array<std::uint32_t, 4>& corner, int x, int y) const {
+    const float s =
+        b.x1 > b.x0 ? static_cast<float>(x - b.x0) / static_cast<float>(b.x1 - b.x0) : 0;
+    const float t =
+        b.y1 > b.y0 ? static_cast<float>(y - b.y0) / static_cast<float>(b.y1 - b.y0) : 0;
+    return (value_[corner[0]] * (1 - s) + value_[corner[1]] * s) * (1 - t) +
+           (value_[corner[2]] * (1 - s) + value_[corner[3]] * s) * t;
+  }
+
+  void fill(const Block& b) {
+    std::array<std::uint32_t, 4> corner{};
+    for (std::size_t i = 0; i < 4; ++i) corner[i] = texel_at(b, corners(b)[i][0], corners(b)[i][1]);
+    for (int y = b.y0; y <= b.y1; ++y) {
+      for (int x = b.x0; x <= b.x1; ++x) {
+        const std::uint32_t t = texel_at(b, x, y);
+        if (state_[t] != kUnknown) continue;
+        value_[t] = bilinear(b, corner, x, y);
+        state_[t] = kShared;
+      }
+    }
+  }
+
+  const BakeInput& input_;
+  const GatherSettings& settings_;
+  BakeCounts& counts_;
+  const Progress& progress_;
+  Gather gather_;
+  std::vector<Rgb> value_;
+  std::vector<float> distance_;
+  std::vector<Vec3f> normal_;
+  std::vector<std::uint8_t> state_;
+  std::size_t computed_so_far_ = 0;
+};
+
+}  // namespace
+
+std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
+                               BakeCounts& counts, const Progress& progress) {
+  if (!input.indirect) return std::vector<Rgb>(input.texels.texels.size());
+  return IndirectMap(input, settings, counts, progress).run();
+}
+
+Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& settings,
+                                const Progress& progress) {
+  BakedTexels baked;
+  baked.counts.texels = input.texels.texels.size();
+  progress.report("direct", 0);
+  baked.irradiance = bake_direct(input, settings, baked.counts, progress);
+  if (progress.cancelled()) return cancelled();
+  progress.report("gather", 0);
+  const std::vector<Rgb> indirect = bake_indirect(input, settings, baked.counts, progress);
+  if (progress.cancelled()) return cancelled();
+  for (std::size_t t = 0; t < indirect.size(); ++t) baked.irradiance[t] += indirect[t];
+  return baked;
+}
+
+}  // namespace lightbatch::lightmap

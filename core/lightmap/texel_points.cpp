@@ -1,0 +1,61 @@
+#include "core/lightmap/texel_points.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace lightbatch::lightmap {
+namespace {
+
+Vec2f grid_sample(const atlas::Texel& texel, unsigned bit) {
+  return {static_cast<float>(texel.x) + (static_cast<float>(bit & 3u) + 0.5f) * 0.25f,
+          static_cast<float>(texel.y) + (static_cast<float>(bit >> 2) + 0.5f) * 0.25f};
+}
+
+}  // namespace
+
+TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel) {
+  TexelPoints points;
+  for (const atlas::Fragment& f : map.fragments_of(texel)) {
+    for (unsigned bit = 0; bit < 16 && points.count < points.point.size(); ++bit) {
+      if (f.mask >> bit & 1u) points.point[points.count++] = {f.triangle, grid_sample(texel, bit)};
+    }
+  }
+  if (points.count > 0) return points;
+  for (const atlas::Fragment& f : map.fragments_of(texel)) {
+    if (points.count == points.point.size()) break;
+    points.point[points.count++] = {f.triangle, f.centroid};
+  }
+  return points;
+}
+
+TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel& texel) {
+  const auto fragments = map.fragments_of(texel);
+  Vec2f sum{};
+  float weight = 0;
+  for (const atlas::Fragment& f : fragments) {
+    sum = sum + f.centroid * f.area;
+    weight += f.area;
+  }
+  const Vec2f centre = weight > 0 ? sum * (1.0f / weight) : fragments[0].centroid;
+  // A convex fragment that holds the centre is the one whose own centroid is nearest, nearly
+  // always; the point is clamped to its triangle when it is read.
+  const atlas::Fragment* best = &fragments[0];
+  float nearest = std::numeric_limits<float>::infinity();
+  for (const atlas::Fragment& f : fragments) {
+    const Vec2f d = f.centroid - centre;
+    const float distance = (d.x * d.x + d.y * d.y) / std::max(f.area, 1e-6f);
+    if (distance < nearest) {
+      nearest = distance;
+      best = &f;
+    }
+  }
+  return {best->triangle, fragments.size() == 1 ? best->centroid : centre};
+}
+
+radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,
+                                const TexelPoints::Point& point, float lift) {
+  const atlas::SurfacePoint p = atlas::point_at(layout, point.triangle, point.at);
+  return {optics::surface_frame(scene, p.triangle, p.u, p.v, false, lift), p.triangle};
+}
+
+}  // namespace lightbatch::lightmap

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/atlas/texels.h"
+#include "core/optics/surface_frame.h"
+#include "core/radiosity/direct_light.h"
+#include "core/scene/scene.h"
+
+namespace lightbatch::lightmap {
+
+/// Where a texel is measured: covered samples of its 4 x 4 grid (each stands for an equal share
+/// of the surface), or the fragments' centroids when no sample is covered.
+struct TexelPoints {
+  struct Point {
+    std::uint32_t triangle = 0;
+    Vec2f at;  // page coordinates
+  };
+  std::array<Point, 16> point;
+  std::uint32_t count = 0;
+};
+
+TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel);
+
+/// The covered point nearest to the centroid of the texel's surface.
+TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel& texel);
+
+/// The front side of the surface at a point of a texel, ready to cast from.
+radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,
+                                const TexelPoints::Point& point, float lift);
+
+}  // namespace lightbatch::lightmap

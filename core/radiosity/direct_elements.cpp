@@ -1,0 +1,120 @@
+// Direct light of the elements. Points are Owen-Sobol over each element; every punctual light
+// costs one shadow ray a point where its unshadowed irradiance is not zero.
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "core/base/parallel.h"
+#include "core/base/random.h"
+#include "core/math/sampling.h"
+#include "core/math/sobol.h"
+#include "core/radiosity/solver.h"
+
+namespace lightbatch::radiosity {
+namespace {
+
+/// The lights that bring most over a sample of the elements, strongest first.
+std::vector<std::uint32_t> choose_resolved(const SolverInput& input) {
+  const auto& lights = input.direct.sources().punctual();
+  std::vector<double> brings(lights.size(), 0.0);
+  const std::uint32_t count = input.elements.count();
+  const std::uint32_t stride = std::max(1u, count / 512);
+  for (ElementId e = 0; e < count; e += stride) {
+    const ElementPoint p = input.elements.point(e, 0.5f, 0.5f);
+    const auto frame =
+        optics::surface_frame(input.scene, p.triangle, p.u, p.v, input.elements.is_back(e), 0.0f);
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      brings[i] += static_cast<double>(lights[i].irradiance(frame.position, frame.normal).sum()) *
+                   static_cast<double>(input.elements.area(e));
+    }
+  }
+  std::vector<std::uint32_t> order(lights.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return brings[a] > brings[b]; });
+  if (order.size() > kResolvedLights) order.resize(kResolvedLights);
+  return order;
+}
+
+}  // namespace
+
+Solution measure_direct(const SolverInput& input, const SolverOptions& options,
+                        const Progress& progress) {
+  const Elements& elements = input.elements;
+  const auto& lights = input.direct.sources().punctual();
+  const bool emitters = !input.direct.sources().emitters().empty();
+  Solution solution;
+  solution.resolved = choose_resolved(input);
+  solution.irradiance.resize(elements.count());
+  solution.unresolved.resize(elements.count());
+  if (!solution.resolved.empty()) solution.light_state.resize(elements.count());
+  std::vector<std::uint8_t> slot(lights.size(), kResolvedLights);
+  for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
+    slot[solution.resolved[k]] = static_cast<std::uint8_t>(k);
+  }
+  constexpr std::size_t kGrain = 512;
+  const std::size_t blocks = (elements.count() + kGrain - 1) / kGrain;
+  std::vector<RayCounts> counts(blocks);
+  parallel_for(elements.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    if (progress.cancelled()) return;
+    RayCounts& rays = counts[begin / kGrain];
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto e = static_cast<ElementId>(i);
+      const double edges =
+          static_cast<double>(elements.area(e)) / (elements.edge() * elements.edge());
+      const int samples = std::clamp(static_cast<int>(4.0 * edges * options.direct_samples), 2,
+                                     std::max(2, options.direct_samples));
+      const OwenSobol2 points(static_cast<std::uint32_t>(item_seed(options.seed, e, 1)));
+      Rgbd resolved, rest;
+      std::array<int, kResolvedLights> lit{}, dark{};
+      for (int s = 0; s < samples; ++s) {
+        const Vec2f ab = points.point(static_cast<std::uint32_t>(s));
+        const ElementPoint p = elements.point(e, ab.x, ab.y);
+        const Receiver at{optics::surface_frame(input.scene, p.triangle, p.u, p.v,
+                                                elements.is_back(e), input.direct.lift()),
+                          p.triangle};
+        for (std::size_t l = 0; l < lights.size(); ++l) {
+          const Rgb open = lights[l].irradiance(at.frame.position, at.frame.normal);
+          const std::uint8_t k = slot[l];
+          if (open.is_black()) {
+            if (k < kResolvedLights) ++dark[k];
+            continue;
+          }
+          const Rgb share = input.direct.punctual_visibility(at, lights[l], rays);
+          if (k < kResolvedLights) {
+            resolved += to_double(open * share);
+            share == Rgb{1, 1, 1} ? ++lit[k] : share.is_black() ? ++dark[k] : (++lit[k], ++dark[k]);
+          } else {
+            rest += to_double(open * share);
+          }
+        }
+        if (emitters) {
+          const EmitterTerms terms = input.direct.emitter_terms(
+              at, item_seed(options.seed, e, 100 + static_cast<std::uint64_t>(s)), rays);
+          if (terms.count > 0) {
+            const VisibilitySum seen = input.direct.emitter_visibility(
+                at, terms, 2, 2 * static_cast<std::uint32_t>(s),
+                static_cast<std::uint32_t>(item_seed(options.seed, e, 2)), rays);
+            rest += to_double(terms.total * seen.share());
+          }
+        }
+      }
+      const double scale = 1.0 / samples;
+      solution.unresolved[e] = to_float(rest * scale);
+      solution.irradiance[e] = to_float((rest + resolved) * scale);
+      std::uint16_t state = 0;
+      for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
+        const LightState s = lit[k] > 0 && dark[k] > 0 ? LightState::kMixed
+                             : lit[k] > 0              ? LightState::kLit
+                                                       : LightState::kDark;
+        state = static_cast<std::uint16_t>(state | (static_cast<unsigned>(s) << (2 * k)));
+      }
+      if (!solution.light_state.empty()) solution.light_state[e] = state;
+    }
+  });
+  for (const RayCounts& c : counts) solution.statistics.rays += c;
+  return solution;
+}
+
+}  // namespace lightbatch::radiosity

@@ -1,0 +1,179 @@
+#include "core/radiosity/direct_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/random.h"
+#include "core/math/sampling.h"
+#include "core/math/sobol.h"
+#include "core/radiosity/polygon_form_factor.h"
+
+namespace lightbatch::radiosity {
+namespace {
+
+using hierarchy::Hierarchy;
+
+/// Nodes whose uncertainty is below this share of the whole are not opened further.
+constexpr float kCutTolerance = 0.005f;
+/// Shadow rays stop this far (relative) short of the light.
+constexpr float kShadowEnd = 1.0f - 4e-7f;
+
+Rgb factor_times_luminance(const Emitter& e, const Receiver& at, RayCounts& counts) {
+  const Vec3d point = to_double(at.frame.position);
+  const Vec3d normal = to_double(at.frame.normal);
+  ++counts.polygon_factors;
+  double factor = point_to_triangle(point, normal, {e.a, e.b, e.c});
+  if (factor <= 0 && e.double_sided) {
+    factor = point_to_triangle(point, normal, {e.a, e.c, e.b});
+  }
+  return e.luminance * static_cast<float>(kPiDouble * factor);
+}
+
+/// How much a node may bring (its power as from the nearest point of its box), and how far that
+/// may be off.
+struct Bound {
+  float importance = 0;
+  float uncertainty = 0;
+};
+
+Bound bound_of(const Aabb& box, float power, const Receiver& at) {
+  const Vec3f to = box.centre() - at.frame.position;
+  const float radius = 0.5f * box.diagonal();
+  const Vec3f half = box.extent() * 0.5f;
+  const Vec3f& n = at.frame.normal;
+  const float reach = std::fabs(n.x) * half.x + std::fabs(n.y) * half.y + std::fabs(n.z) * half.z;
+  const float height = dot(to, n) + reach;
+  if (height <= 0) return {};
+  const float squared = dot(to, to);
+  const float distance = std::sqrt(squared);
+  const float cosine = std::min(1.0f, (height + 1e-20f) / std::max(distance, radius + 1e-20f));
+  const float importance = power * cosine / (kPi * std::max(squared, radius * radius) + 1e-30f);
+  return {importance, importance * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
+}
+
+}  // namespace
+
+DirectLight::DirectLight(const optics::Optics& optics, const rays::Caster& caster,
+                         const LightSources& sources)
+    : optics_(&optics),
+      caster_(&caster),
+      sources_(&sources),
+      lift_(optics::lift_of(optics.scene())),
+      filtered_(optics.filtered_count() > 0) {}
+
+Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
+                         RayCounts& counts) const {
+  if (!filtered_) return caster_->occluded(ray, a, b) ? Rgb{} : Rgb{1, 1, 1};
+  optics::ShadowFilter filter(*optics_);
+  const bool blocked = caster_->occluded(ray, a, b, &filter);
+  counts.alpha_lookups += filter.asked();
+  return blocked ? Rgb{} : filter.transmittance();
+}
+
+EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed,
+                                        RayCounts& counts) const {
+  EmitterTerms terms;
+  const auto& emitters = sources_->emitters();
+  const auto add = [&](std::uint32_t index, float scale) {
+    const Emitter& e = emitters[index];
+    if (e.triangle == at.triangle) return;
+    const Rgb value = factor_times_luminance(e, at, counts) * scale;
+    if (value.is_black()) return;
+    terms.term[terms.count++] = {index, value, value.sum(), scale};
+    terms.total += value;
+    terms.weight += value.sum();
+  };
+  if (emitters.size() <= EmitterTerms::kCapacity) {
+    for (std::uint32_t i = 0; i < emitters.size(); ++i) add(i, 1.0f);
+    return terms;
+  }
+
+  // The cut: open the node of largest uncertainty until the table is full or nothing is doubtful.
+  struct Node {
+    Hierarchy::NodeId id;
+    Bound bound;
+  };
+  const Hierarchy& tree = sources_->emitter_tree();
+  std::array<Node, EmitterTerms::kCapacity> cut;
+  std::size_t size = 0;
+  float sum = 0;
+  const auto push = [&](Hierarchy::NodeId id) {
+    Bound bound = bound_of(tree.box(id), sources_->power(id), at);
+    if (bound.importance <= 0) return;
+    if (tree.is_leaf(id)) bound.uncertainty = 0;
+    cut[size++] = {id, bound};
+    sum += bound.importance;
+  };
+  push(0);
+  while (size > 0 && size < EmitterTerms::kCapacity) {
+    std::size_t worst = 0;
+    for (std::size_t i = 1; i < size; ++i) {
+      if (cut[i].bound.uncertainty > cut[worst].bound.uncertainty) worst = i;
+    }
+    if (cut[worst].bound.uncertainty <= kCutTolerance * sum) break;
+    const Hierarchy::NodeId id = cut[worst].id;
+    sum -= cut[worst].bound.importance;
+    cut[worst] = cut[--size];
+    push(tree.left(id));
+    push(tree.right(id));
+  }
+  Random random(seed);
+  for (std::size_t i = 0; i < size; ++i) {
+    if (tree.is_leaf(cut[i].id)) {
+      add(tree.primitive(tree.first(cut[i].id)), 1.0f);
+    } else {
+      const float power = sources_->power(cut[i].id);
+      const std::uint32_t picked = sources_->pick(cut[i].id, random.next_float());
+      const float own = emitters[picked].power;
+      if (own > 0) add(picked, power / own);
+    }
+  }
+  return terms;
+}
+
+VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterTerms& terms,
+                                              int rays, std::uint32_t first, std::uint32_t seed,
+                                              RayCounts& counts) const {
+  VisibilitySum sum;
+  if (terms.count == 0 || !(terms.weight > 0)) return sum;
+  const OwenSobol8 sequence(seed);
+  for (int k = 0; k < rays; ++k) {
+    const auto index = first + static_cast<std::uint32_t>(k);
+    float choice = sequence.coordinate(index, 2) * terms.weight;
+    std::size_t i = 0;
+    while (i + 1 < terms.count && choice >= terms.term[i].weight) choice -= terms.term[i++].weight;
+    const EmitterTerms::Term& term = terms.term[i];
+    const Emitter& e = sources_->emitters()[term.emitter];
+    const Vec2f p = uniform_triangle(sequence.pair(index, 0));
+    const Vec3f target = e.a + (e.b - e.a) * p.x + (e.c - e.a) * p.y;
+    const Vec3f to = target - at.frame.origin;
+    const float squared = dot(to, to);
+    const Vec3f normal = cross(e.b - e.a, e.c - e.a);
+    float cosines = dot(to, at.frame.normal) * -dot(to, normal);
+    if (e.double_sided) cosines = std::fabs(cosines);
+    if (!(cosines > 0) || !(squared > 0)) continue;
+    // What this point brings, over the probability of its term (constant factors cancel).
+    const double weight = static_cast<double>(cosines) /
+                          (static_cast<double>(squared) * static_cast<double>(squared)) * 0.5 *
+                          static_cast<double>(terms.weight / term.weight);
+    const Rgb luminance = e.textured ? optics_->emission(e.triangle, p.x, p.y) : e.luminance;
+    const Rgbd all = to_double(luminance) * (weight * static_cast<double>(term.scale));
+    ++counts.emitter_shadow;
+    ++sum.rays;
+    const Rgb open =
+        through({at.frame.origin, to, 0.0f, kShadowEnd}, at.triangle, e.triangle, counts);
+    sum.all += all;
+    sum.visible += all * to_double(open);
+  }
+  return sum;
+}
+
+Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& light,
+                                     RayCounts& counts) const {
+  ++counts.punctual_shadow;
+  rays::Ray ray{at.frame.origin, light.towards(at.frame.origin)};
+  if (!light.is_directional()) ray.t_max = kShadowEnd;
+  return through(ray, at.triangle, rays::kNoTriangle, counts);
+}
+
+}  // namespace lightbatch::radiosity

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/math/rgb.h"
+#include "core/optics/optics.h"
+#include "core/optics/surface_frame.h"
+#include "core/radiosity/light_sources.h"
+#include "core/rays/caster.h"
+
+namespace lightbatch::radiosity {
+
+/// What was cast and looked up, by effect. Plain sums: add them in any order.
+struct RayCounts {
+  std::uint64_t punctual_shadow = 0;
+  std::uint64_t emitter_shadow = 0;
+  std::uint64_t hemisphere = 0;   // gather and stored rays
+  std::uint64_t sky_escapes = 0;  // hemisphere rays that reached the sky
+  std::uint64_t alpha_lookups = 0;
+  std::uint64_t sheet_crossings = 0;
+  std::uint64_t polygon_factors = 0;
+
+  RayCounts& operator+=(const RayCounts& o) {
+    punctual_shadow += o.punctual_shadow;
+    emitter_shadow += o.emitter_shadow;
+    hemisphere += o.hemisphere;
+    sky_escapes += o.sky_escapes;
+    alpha_lookups += o.alpha_lookups;
+    sheet_crossings += o.sheet_crossings;
+    polygon_factors += o.polygon_factors;
+    return *this;
+  }
+};
+
+/// The receiver of direct light: a point on one side of a triangle.
+struct Receiver {
+  optics::SurfaceFrame frame;
+  std::uint32_t triangle = rays::kNoTriangle;
+};
+
+/// Irradiance from emitters at one point, visibility apart: the exact point-to-polygon factor
+/// (Lambert) for each emitter that matters, and for the rest a cut through the emitter tree with
+/// one emitter picked by power under each node (Walter et al. 2005, with exact leaves).
+struct EmitterTerms {
+  static constexpr std::size_t kCapacity = 32;
+  struct Term {
+    std::uint32_t emitter = 0;
+    Rgb irradiance;    // unoccluded, lux
+    float weight = 0;  // channel sum of irradiance
+    float scale = 1;   // of a cut node over its representative, by power
+  };
+  std::array<Term, kCapacity> term;
+  std::size_t count = 0;
+  Rgb total;
+  float weight = 0;
+};
+
+/// Running ratio of visible to all sampled emission, per channel.
+struct VisibilitySum {
+  Rgbd visible;
+  Rgbd all;
+  int rays = 0;
+  void add(const VisibilitySum& o) {
+    visible += o.visible;
+    all += o.all;
+    rays += o.rays;
+  }
+  /// Share of the unoccluded irradiance that arrives, per channel, in [0, 1].
+  Rgb share() const {
+    const auto ratio = [](double v, double a) { return a > 0 ? static_cast<float>(v / a) : 1.0f; };
+    return {ratio(visible.r, all.r), ratio(visible.g, all.g), ratio(visible.b, all.b)};
+  }
+  bool none() const { return rays > 0 && visible.is_black(); }
+  bool full() const { return visible == all; }
+};
+
+/// Direct light from punctual lights and emitters. Immutable; thread-safe.
+class DirectLight {
+ public:
+  DirectLight(const optics::Optics& optics, const rays::Caster& caster,
+              const LightSources& sources);
+
+  const LightSources& sources() const { return *sources_; }
+  float lift() const { return lift_; }
+
+  /// seed picks the representatives of cut nodes; irrelevant while all emitters are leaves.
+  EmitterTerms emitter_terms(const Receiver& at, std::uint64_t seed, RayCounts& counts) const;
+
+  /// Casts `rays` shadow rays to points of the emitters, chosen by what each term brings; sample
+  /// indices first, first + 1... of the Owen-Sobol sequence of `seed`.
+  VisibilitySum emitter_visibility(const Receiver& at, const EmitterTerms& terms, int rays,
+                                   std::uint32_t first, std::uint32_t seed,
+                                   RayCounts& counts) const;
+
+  /// Share of light i that reaches the point: one shadow ray (transmittance of sheets included).
+  Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
+
+ private:
+  Rgb through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b, RayCounts& counts) const;
+
+  const optics::Optics* optics_;
+  const rays::Caster* caster_;
+  const LightSources* sources_;
+  float lift_ = 0;
+  bool filtered_ = false;
+};
+
+}  // namespace lightbatch::radiosity

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/hierarchy/hierarchy.h"
+#include "core/math/rgb.h"
+#include "core/math/vec.h"
+#include "core/optics/optics.h"
+#include "core/scene/scene.h"
+
+namespace lightbatch::radiosity {
+
+/// A punctual light in recentred single precision, ready for shading.
+struct PunctualLight {
+  scene::LightKind kind = scene::LightKind::kPoint;
+  Vec3f position;
+  Vec3f direction;  // the way it shines
+  Rgb intensity;    // cd or lux
+  float range = 0;  // 0: unlimited
+  float cos_inner = 1, cos_outer = 0;
+
+  /// Irradiance at (position, unit normal) without anything between; lux.
+  /// KHR_lights_punctual: 1/d2, range window max(min(1 - (d/range)^4, 1), 0), squared cone ramp.
+  Rgb irradiance(const Vec3f& at, const Vec3f& normal) const;
+  /// Unnormalised direction to the light from a point (t = 1 is the light; infinite when
+  /// directional).
+  Vec3f towards(const Vec3f& at) const {
+    return kind == scene::LightKind::kDirectional ? -direction : position - at;
+  }
+  bool is_directional() const { return kind == scene::LightKind::kDirectional; }
+};
+
+/// A triangle that emits.
+struct Emitter {
+  std::uint32_t triangle = 0;
+  Vec3f a, b, c;    // counter-clockwise from the emitting side
+  Rgb luminance;    // mean over the triangle, nits
+  float area = 0;   // m2
+  float power = 0;  // pi * area * luminance of both sides, summed over channels: a weight
+  bool double_sided = false;
+  bool textured = false;
+};
+
+/// Everything in a scene that sends light out, sky aside. Emitters have a hierarchy of their own
+/// (the product's builder over their boxes) so that many of them cost less than their number.
+class LightSources {
+ public:
+  LightSources(const scene::Scene& scene, const optics::Optics& optics);
+
+  const std::vector<PunctualLight>& punctual() const { return punctual_; }
+  const std::vector<Emitter>& emitters() const { return emitters_; }
+  const hierarchy::Hierarchy& emitter_tree() const { return emitter_tree_; }
+  /// Summed Emitter::power under a node of the emitter tree.
+  float power(hierarchy::Hierarchy::NodeId node) const { return node_power_[node]; }
+  /// An emitter under a node, with probability its share of the node's power; random in [0, 1).
+  std::uint32_t pick(hierarchy::Hierarchy::NodeId node, float random) const;
+
+ private:
+  std::vector<PunctualLight> punctual_;
+  std::vector<Emitter> emitters_;
+  hierarchy::Hierarchy emitter_tree_;
+  std::vector<float> node_power_;
+};
+
+}  // namespace lightbatch::radiosity

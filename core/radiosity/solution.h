@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/math/rgb.h"
+#include "core/radiosity/direct_light.h"
+#include "core/radiosity/elements.h"
+
+namespace lightbatch::radiosity {
+
+/// Punctual lights whose sharp shadows are kept apart from the elements, strongest first.
+constexpr std::size_t kResolvedLights = 8;
+
+/// How much of an element a resolved light reaches.
+enum class LightState : std::uint8_t { kDark = 0, kLit = 1, kMixed = 2 };
+
+/// What every element sends out, ready to be read where a ray lands.
+///
+/// Radiosity B = rho (E_direct + E_sky + E_indirect), without what the element emits itself:
+/// emission is direct light, computed at the receiver. Light of the resolved lights is in
+/// `radiosity` as a mean too; a reader that wants their shadows sharp takes `unresolved` and adds
+/// the lights itself (lit: formula; mixed: formula and one shadow ray).
+struct Solution {
+  std::vector<Rgb> radiosity;              // per element, lm/m2, all light
+  std::vector<Rgb> unresolved;             // per element, without the resolved lights' direct part
+  std::vector<Rgb> irradiance;             // per element, lux, all light
+  std::vector<std::uint32_t> resolved;     // indices of punctual lights, at most kResolvedLights
+  std::vector<std::uint16_t> light_state;  // 2 bits per resolved light; empty when there is none
+
+  struct Statistics {
+    std::uint64_t elements = 0;
+    std::uint64_t links = 0;
+    int iterations = 0;
+    double residual = 0;  // of the last iteration, relative
+    Rgbd emitted;         // lm: emission, punctual and sky light that reached elements, directly
+    Rgbd absorbed;        // lm: by elements
+    Rgbd escaped;         // lm: reflected light that left the scene or met absorbing backs
+    std::uint64_t memory_bytes = 0;
+    RayCounts rays;
+  } statistics;
+
+  LightState state(ElementId e, std::size_t resolved_index) const {
+    return static_cast<LightState>((light_state[e] >> (2 * resolved_index)) & 3u);
+  }
+};
+
+}  // namespace lightbatch::radiosity

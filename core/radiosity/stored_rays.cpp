@@ -1,0 +1,244 @@
+// First stage, stored-ray mode: every element shoots cosine rays once; the elements they hit are
+// its links, all of weight 1 / rays; the system is then solved in place, with one energy
+// correction an iteration (a one-cell coarse grid), so that the number of iterations does not grow
+// with reflectance. Energy is conserved by construction; new lights need no new ray.
+//
+// Gather form of Monte Carlo radiosity (Keller 1996, Quasi-Monte Carlo Radiosity; Bekaert 1999)
+// with the hits kept.
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/base/random.h"
+#include "core/math/sampling.h"
+#include "core/math/sobol.h"
+#include "core/radiosity/hemisphere_walk.h"
+#include "core/radiosity/solver.h"
+
+namespace lightbatch::radiosity {
+namespace {
+
+constexpr int kMaxIterations = 400;
+constexpr std::size_t kGrain = 256;
+
+/// The stored hits: rows by element. Weights only where a scene has sheets (else all are 1).
+struct Links {
+  std::vector<std::uint64_t> start;  // per element and one past
+  std::vector<ElementId> source;
+  std::vector<Rgb> weight;
+  std::vector<float> scale;  // 1 / rays of the row
+  std::uint64_t memory_bytes() const {
+    return start.capacity() * 8 + source.capacity() * 4 + weight.capacity() * 12 +
+           scale.capacity() * 4;
+  }
+};
+
+int ray_count(const Elements& elements, ElementId e, int rays) {
+  const double half = 0.5 * elements.edge();
+  const double share = std::min(1.0, static_cast<double>(elements.area(e)) / (half * half));
+  return std::max(2, static_cast<int>(std::lround(rays * share)));
+}
+
+/// Shoots the rays of every element. sky: irradiance from escaping rays.
+Links shoot(const SolverInput& input, const SolverOptions& options, std::vector<Rgb>& sky,
+            RayCounts& counts, const Progress& progress) {
+  const Elements& elements = input.elements;
+  const bool sheets = input.optics.filtered_count() > 0;
+  const std::size_t blocks = (elements.count() + kGrain - 1) / kGrain;
+  struct Block {
+    std::vector<ElementId> source;
+    std::vector<Rgb> weight;
+    std::vector<std::uint32_t> row;  // links of each element
+    RayCounts counts;
+  };
+  std::vector<Block> block(blocks);
+  Links links;
+  links.scale.resize(elements.count());
+  sky.assign(elements.count(), Rgb{});
+  parallel_for(elements.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    if (progress.cancelled()) return;
+    Block& out = block[begin / kGrain];
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto e = static_cast<ElementId>(i);
+      const int rays = ray_count(elements, e, options.rays);
+      const OwenSobol8 sequence(static_cast<std::uint32_t>(item_seed(options.seed, e, 3)));
+      const std::size_t before = out.source.size();
+      Rgbd from_sky;
+      for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(rays); ++k) {
+        const Vec2f ab = sequence.pair(k, 2);
+        const ElementPoint p = elements.point(e, ab.x, ab.y);
+        const auto frame = optics::surface_frame(input.scene, p.triangle, p.u, p.v,
+                                                 elements.is_back(e), input.direct.lift());
+        const Vec3f direction =
+            Frame::about(frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
+        walk_hemisphere_ray(
+            input.optics, input.caster, {frame.origin, direction}, p.triangle, out.counts,
+            [&](const rays::Hit& hit, const Rgb& weight) {
+              const ElementId source = elements.at(hit.triangle, hit.u, hit.v, hit.back);
+              if (source == kNoElement) return;
+              out.source.push_back(source);
+              if (sheets) out.weight.push_back(weight);
+            },
+            [&](const Rgb& weight) {
+              from_sky += to_double(weight * input.sky.radiance(direction));
+            });
+      }
+      links.scale[e] = 1.0f / static_cast<float>(rays);
+      sky[e] = to_float(from_sky * (kPiDouble / rays));
+      out.row.push_back(static_cast<std::uint32_t>(out.source.size() - before));
+    }
+  });
+  links.start.reserve(elements.count() + 1);
+  links.start.push_back(0);
+  std::uint64_t total = 0;
+  for (const Block& b : block) total += b.source.size();
+  links.source.reserve(total);
+  if (sheets) links.weight.reserve(total);
+  for (Block& b : block) {
+    for (const std::uint32_t n : b.row) links.start.push_back(links.start.back() + n);
+    links.source.insert(links.source.end(), b.source.begin(), b.source.end());
+    links.weight.insert(links.weight.end(), b.weight.begin(), b.weight.end());
+    counts += b.counts;
+    b = Block{};
+  }
+  return links;
+}
+
+/// (K x)_e: what the linked elements send to e.
+Rgbd row_sum(const Links& links, ElementId e, const std::vector<Rgb>& x) {
+  Rgbd sum;
+  if (links.weight.empty()) {
+    for (auto k = links.start[e]; k < links.start[e + 1]; ++k) {
+      sum += to_double(x[links.source[k]]);
+    }
+  } else {
+    for (auto k = links.start[e]; k < links.start[e + 1]; ++k) {
+      sum += to_double(x[links.source[k]] * links.weight[k]);
+    }
+  }
+  return sum * static_cast<double>(links.scale[e]);
+}
+
+Rgbd area_sum(const Elements& elements, const auto& value_of) {
+  return deterministic_reduce(
+      elements.count(), 4096, Rgbd{},
+      [&](std::size_t begin, std::size_t end) {
+        Rgbd sum;
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto e = static_cast<ElementId>(i);
+          sum += value_of(e) * static_cast<double>(elements.area(e));
+        }
+        return sum;
+      },
+      [](Rgbd a, const Rgbd& b) { return a + b; });
+}
+
+Rgbd divide(const Rgbd& a, const Rgbd& b) {
+  const auto ratio = [](double x, double y) { return std::fabs(y) > 1e-300 ? x / y : 0.0; };
+  return {ratio(a.r, b.r), ratio(a.g, b.g), ratio(a.b, b.b)};
+}
+
+}  // namespace
+
+Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions& options,
+                                   const Progress& progress) {
+  const Elements& elements = input.elements;
+  const std::uint32_t count = elements.count();
+  Solution solution = measure_direct(input, options, progress);
+  Solution::Statistics& statistics = solution.statistics;
+  statistics.elements = count;
+  if (progress.cancelled()) return cancelled();
+
+  std::vector<Rgb> sky(count);
+  Links links;
+  if (options.interreflection || !input.sky.is_black()) {
+    links = shoot(input, options, sky, statistics.rays, progress);
+    if (progress.cancelled()) return cancelled();
+  }
+  if (!options.interreflection) links = Links{};
+  statistics.links = links.source.size();
+
+  // B0 = rho (direct + sky); then B = B0 + rho K B.
+  std::vector<Rgb> start(count);
+  for (ElementId e = 0; e < count; ++e) {
+    start[e] = elements.reflectance(e) * (solution.irradiance[e] + sky[e]);
+  }
+  std::vector<Rgb> radiosity = start;
+  statistics.emitted =
+      area_sum(elements, [&](ElementId e) { return to_double(solution.irradiance[e] + sky[e]); });
+
+  std::vector<Rgb> gathered(count);
+  if (!links.source.empty()) {
+    std::vector<Rgb> rho(count);
+    for (ElementId e = 0; e < count; ++e) rho[e] = elements.reflectance(e);
+    // What a constant correction changes: sum A (rho - rho K rho).
+    const Rgbd response = area_sum(elements, [&](ElementId e) {
+      const Rgbd r = to_double(rho[e]);
+      return r - r * row_sum(links, e, rho);
+    });
+    std::vector<Rgb> next(count);
+    const auto chunked_sweep = [&] {
+      // In place inside a chunk, last iteration's values outside: the same on any thread count.
+      constexpr std::size_t kChunk = 4096;
+      parallel_for(count, kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto e = static_cast<ElementId>(i);
+          Rgbd sum;
+          for (auto k = links.start[e]; k < links.start[e + 1]; ++k) {
+            const ElementId s = links.source[k];
+            const Rgb& b = s >= begin && s < i ? next[s] : radiosity[s];
+            sum += links.weight.empty() ? to_double(b) : to_double(b * links.weight[k]);
+          }
+          gathered[e] = to_float(sum * static_cast<double>(links.scale[e]));
+          next[e] = start[e] + rho[e] * gathered[e];
+        }
+      });
+    };
+    for (int iteration = 1; iteration <= kMaxIterations; ++iteration) {
+      if (progress.cancelled()) return cancelled();
+      chunked_sweep();
+      const Rgbd change = area_sum(elements, [&](ElementId e) {
+        const Rgbd d = to_double(next[e] - radiosity[e]);
+        return Rgbd{std::fabs(d.r), std::fabs(d.g), std::fabs(d.b)};
+      });
+      const Rgbd size = area_sum(elements, [&](ElementId e) { return to_double(next[e]); });
+      radiosity.swap(next);
+      // Energy correction: B += rho c brings the total into balance at once.
+      const Rgbd imbalance = area_sum(elements, [&](ElementId e) {
+        return to_double(start[e]) + to_double(rho[e]) * row_sum(links, e, radiosity) -
+               to_double(radiosity[e]);
+      });
+      const Rgb c = to_float(divide(imbalance, response));
+      for (ElementId e = 0; e < count; ++e) radiosity[e] += rho[e] * c;
+      statistics.iterations = iteration;
+      const Rgbd relative = divide(change, size);
+      const Rgbd balance = divide(imbalance, size);
+      statistics.residual =
+          std::max(relative.max(),
+                   std::max({std::fabs(balance.r), std::fabs(balance.g), std::fabs(balance.b)}));
+      if (statistics.residual < options.tolerance) break;
+    }
+    for (ElementId e = 0; e < count; ++e) gathered[e] = to_float(row_sum(links, e, radiosity));
+  }
+
+  statistics.absorbed = Rgbd{};
+  const Rgbd reflected = area_sum(elements, [&](ElementId e) { return to_double(radiosity[e]); });
+  const Rgbd arrived = area_sum(elements, [&](ElementId e) { return to_double(gathered[e]); });
+  statistics.escaped = reflected - arrived;
+  statistics.absorbed = area_sum(elements, [&](ElementId e) {
+    const Rgbd total = to_double(solution.irradiance[e] + sky[e] + gathered[e]);
+    return total * (Rgbd{1, 1, 1} - to_double(elements.reflectance(e)));
+  });
+  for (ElementId e = 0; e < count; ++e) {
+    const Rgb rest = sky[e] + gathered[e];
+    solution.irradiance[e] += rest;
+    solution.unresolved[e] = elements.reflectance(e) * (solution.unresolved[e] + rest);
+  }
+  solution.radiosity = std::move(radiosity);
+  statistics.memory_bytes =
+      links.memory_bytes() + elements.memory_bytes() + std::uint64_t{count} * (5 * sizeof(Rgb) + 2);
+  return solution;
+}
+
+}  // namespace lightbatch::radiosity
