@@ -124,7 +124,7 @@ Optics::Point Optics::point(const Material& m, std::uint32_t triangle, float u, 
   return p;
 }
 
-Optics::Optics(const Scene& scene) : scene_(&scene) {
+Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
   const Ranges ranges(scene);
   const std::size_t count = scene.triangles.size();
   flags_.resize(count);
@@ -141,16 +141,19 @@ Optics::Optics(const Scene& scene) : scene_(&scene) {
       const auto triangle = static_cast<std::uint32_t>(i);
       const Material& m = scene.material_of(triangle);
       Classes c;
-      if (m.double_sided) c.flags |= kDoubleSided;
+      if (m.double_sided && options.two_sided) c.flags |= kDoubleSided;
       if (!m.emission.is_black() &&
           (!m.emission_texture.present() || !all_zero(ranges.of(m.emission_texture, triangle)))) {
         c.flags |= kEmits;
-        if (ranges.varies(m.emission_texture, triangle, 0, 2)) c.flags |= kTexturedEmission;
+        if (options.textured_emission && ranges.varies(m.emission_texture, triangle, 0, 2)) {
+          c.flags |= kTexturedEmission;
+        }
       }
       const bool alpha_counts = m.alpha_mode != AlphaMode::kOpaque;
-      if (ranges.varies(m.base_color_texture, triangle, 0, alpha_counts ? 3 : 2) ||
-          ranges.varies(m.metallic_texture, triangle, 2, 2) ||
-          ranges.varies(m.transmission_texture, triangle, 0, 0)) {
+      if (options.textured_reflectance &&
+          (ranges.varies(m.base_color_texture, triangle, 0, alpha_counts ? 3 : 2) ||
+           ranges.varies(m.metallic_texture, triangle, 2, 2) ||
+           ranges.varies(m.transmission_texture, triangle, 0, 0))) {
         c.flags |= kTexturedReflectance;
       }
       float low = m.alpha, high = m.alpha;
@@ -159,14 +162,14 @@ Optics::Optics(const Scene& scene) : scene_(&scene) {
         low *= static_cast<float>(range.lowest[3]) / 255.0f;
         high *= static_cast<float>(range.highest[3]) / 255.0f;
       }
-      if (m.alpha_mode == AlphaMode::kMask) {
+      if (m.alpha_mode == AlphaMode::kMask && options.alpha_cutout) {
         if (high < m.alpha_cutoff) {
           c.surface = rays::Surface::kClear;
         } else if (low < m.alpha_cutoff) {
           c.surface = rays::Surface::kFiltered;
           c.flags |= kMask;
         }
-      } else if (m.alpha_mode == AlphaMode::kBlend && low < 1.0f) {
+      } else if (m.alpha_mode == AlphaMode::kBlend && options.alpha_blend && low < 1.0f) {
         if (high <= 0.0f) {
           c.surface = rays::Surface::kClear;
         } else {
@@ -174,7 +177,7 @@ Optics::Optics(const Scene& scene) : scene_(&scene) {
           c.flags |= kSheet;
         }
       }
-      if (m.transmission > 0 && c.surface != rays::Surface::kClear) {
+      if (m.transmission > 0 && options.transmission && c.surface != rays::Surface::kClear) {
         c.surface = rays::Surface::kFiltered;
         c.flags |= kSheet;
       }

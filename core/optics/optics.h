@@ -20,7 +20,17 @@ constexpr float kMaxReflectance = 0.999f;
 ///   straight-through T = (1 - a) + a t (1 - metallic) baseColor (thin sheet, no refraction)
 class Optics {
  public:
-  explicit Optics(const scene::Scene& scene);
+  /// Effects that a caller may switch off: what is off is not read at all.
+  struct Options {
+    bool alpha_cutout = true;
+    bool alpha_blend = true;
+    bool transmission = true;
+    bool textured_reflectance = true;  // off: one value a triangle, at its centroid
+    bool textured_emission = true;
+    bool two_sided = true;
+  };
+  explicit Optics(const scene::Scene& scene) : Optics(scene, Options{}) {}
+  Optics(const scene::Scene& scene, const Options& options);
 
   /// Diffuse reflectance at barycentric (u, v) of the triangle.
   Rgb reflectance(std::uint32_t triangle, float u, float v) const;

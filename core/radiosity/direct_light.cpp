@@ -54,12 +54,13 @@ Bound bound_of(const Aabb& box, float power, const Receiver& at) {
 }  // namespace
 
 DirectLight::DirectLight(const optics::Optics& optics, const rays::Caster& caster,
-                         const LightSources& sources)
+                         const LightSources& sources, bool shadows)
     : optics_(&optics),
       caster_(&caster),
       sources_(&sources),
       lift_(optics::lift_of(optics.scene())),
-      filtered_(optics.filtered_count() > 0) {}
+      filtered_(optics.filtered_count() > 0),
+      shadows_(shadows) {}
 
 Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
                          RayCounts& counts) const {
@@ -135,6 +136,10 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
                                               int rays, std::uint32_t first, std::uint32_t seed,
                                               RayCounts& counts) const {
   VisibilitySum sum;
+  if (!shadows_) {
+    sum.all = sum.visible = {1, 1, 1};
+    return sum;
+  }
   if (terms.count == 0 || !(terms.weight > 0)) return sum;
   const OwenSobol8 sequence(seed);
   for (int k = 0; k < rays; ++k) {
@@ -170,6 +175,7 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
 
 Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& light,
                                      RayCounts& counts) const {
+  if (!shadows_) return {1, 1, 1};
   ++counts.punctual_shadow;
   rays::Ray ray{at.frame.origin, light.towards(at.frame.origin)};
   if (!light.is_directional()) ray.t_max = kShadowEnd;

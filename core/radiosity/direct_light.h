@@ -78,8 +78,9 @@ struct VisibilitySum {
 /// Direct light from punctual lights and emitters. Immutable; thread-safe.
 class DirectLight {
  public:
-  DirectLight(const optics::Optics& optics, const rays::Caster& caster,
-              const LightSources& sources);
+  /// shadows = false: nothing can stand between, so no shadow ray is cast.
+  DirectLight(const optics::Optics& optics, const rays::Caster& caster, const LightSources& sources,
+              bool shadows = true);
 
   const LightSources& sources() const { return *sources_; }
   float lift() const { return lift_; }
@@ -104,6 +105,7 @@ class DirectLight {
   const LightSources* sources_;
   float lift_ = 0;
   bool filtered_ = false;
+  bool shadows_ = true;
 };
 
 }  // namespace lightbatch::radiosity

@@ -50,14 +50,19 @@ Rgb PunctualLight::irradiance(const Vec3f& at, const Vec3f& normal) const {
   return intensity * factor;
 }
 
-LightSources::LightSources(const scene::Scene& scene, const optics::Optics& optics) {
+LightSources::LightSources(const scene::Scene& scene, const optics::Optics& optics,
+                           const Kinds& kinds) {
   for (const scene::Light& light : scene.lights) {
-    if (light.intensity.is_black()) continue;
+    const bool wanted = light.kind == scene::LightKind::kPoint  ? kinds.point
+                        : light.kind == scene::LightKind::kSpot ? kinds.spot
+                                                                : kinds.directional;
+    if (!wanted || light.intensity.is_black()) continue;
     punctual_.push_back({light.kind, to_float(light.position),
                          to_float(normalized(light.direction)), light.intensity,
                          static_cast<float>(light.range), static_cast<float>(light.cos_inner),
                          static_cast<float>(light.cos_outer)});
   }
+  if (!kinds.emitters) return;
   std::vector<Aabb> boxes;
   for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
     if (!optics.emits(i)) continue;

@@ -46,7 +46,14 @@ struct Emitter {
 /// (the product's builder over their boxes) so that many of them cost less than their number.
 class LightSources {
  public:
-  LightSources(const scene::Scene& scene, const optics::Optics& optics);
+  /// Which kinds take part; the effect plan decides.
+  struct Kinds {
+    bool point = true;
+    bool spot = true;
+    bool directional = true;
+    bool emitters = true;
+  };
+  LightSources(const scene::Scene& scene, const optics::Optics& optics, const Kinds& kinds);
 
   const std::vector<PunctualLight>& punctual() const { return punctual_; }
   const std::vector<Emitter>& emitters() const { return emitters_; }
