@@ -1,0 +1,122 @@
+// Construction and casting beside Embree 3 (MEDIUM) in one run.
+//
+// hierarchy_bench [--scenes a,b] [--repetitions 5] [--rays 131072] [--soups DIR]
+//
+// Times are medians of CPU time with one thread (other programs disturb it less than wall time);
+// rates are million rays a second. Ratios are to Embree in the same run; above 1 is faster.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/hierarchy/hierarchy.h"
+#include "core/hierarchy/statistics.h"
+#include "core/rays/caster.h"
+#include "tests/bench/bench_rays.h"
+#include "tests/bench/bench_scenes.h"
+#include "tests/bench/embree_peer.h"
+
+namespace lightbatch::bench {
+namespace {
+
+int repetitions = 5;
+std::size_t ray_count = 131072;
+
+double seconds(clockid_t clock) {
+  timespec t;
+  clock_gettime(clock, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// Runs the programs in turn, so that all see the same disturbance; medians.
+std::vector<double> timed(const std::vector<std::function<void()>>& programs,
+                          clockid_t clock = CLOCK_PROCESS_CPUTIME_ID) {
+  std::vector<std::vector<double>> times(programs.size());
+  for (int r = 0; r < repetitions; ++r) {
+    for (std::size_t i = 0; i < programs.size(); ++i) {
+      const double start = seconds(clock);
+      programs[i]();
+      times[i].push_back(seconds(clock) - start);
+    }
+  }
+  std::vector<double> medians;
+  for (auto& list : times) medians.push_back(median(std::move(list)));
+  return medians;
+}
+
+void run(const Scene& scene) {
+  const auto n = static_cast<double>(scene.triangles.size());
+  std::printf("\n== %s: %zu triangles\n", scene.name.c_str(), scene.triangles.size());
+  set_thread_count(1);
+  hierarchy::Hierarchy sweep, tree;
+  EmbreePeer embree(scene, 1);
+  const auto build = timed({[&] { embree.build(); },
+                            [&] { sweep = hierarchy::build(scene.boxes, {.reinsertion = false}); },
+                            [&] { tree = hierarchy::build(scene.boxes); }});
+  const hierarchy::Statistics swept = measure(sweep), final = measure(tree);
+  std::printf(
+      "build ns/primitive: Embree %.0f; sweep %.0f (%.2f of it); with reinsertion %.0f (%.2f)\n",
+      build[0] / n * 1e9, build[1] / n * 1e9, build[1] / build[0], build[2] / n * 1e9,
+      build[2] / build[0]);
+  std::printf("SAH cost, merged: Embree %.2f; sweep %.2f; with reinsertion %.2f; depth %d, %d\n",
+              embree.sah_cost(), swept.sah_cost_merged, final.sah_cost_merged, swept.depth,
+              final.depth);
+  const rays::Caster caster(tree, scene.positions, scene.triangles, {});
+  std::printf("bytes/triangle: Embree %.1f + 48 of buffers; casting tree %.1f\n",
+              embree.bytes_per_triangle(), static_cast<double>(caster.memory_bytes()) / n);
+  using Way = EmbreePeer::Way;
+  for (const RaySet& set : make_rays(scene, caster, ray_count)) {
+    std::size_t own = 0, single = 0;
+    std::vector<std::function<void()>> programs{
+        [&] {
+          own = 0;
+          for (const rays::Ray& ray : set.rays) {
+            own += set.any ? caster.occluded(ray) : caster.closest(ray).found();
+          }
+        },
+        [&] { single = embree.cast(set, Way::kSingle); }, [&] { embree.cast(set, Way::kPacket8); },
+        [&] { embree.cast(set, Way::kPacket16); }, [&] { embree.cast(set, Way::kStream); }};
+    const auto times = timed(programs);
+    const double rays = static_cast<double>(set.rays.size()) * 1e-6;
+    std::printf(
+        "%-8s single %5.2f, Embree %5.2f (8: %.2f, 16: %.2f, stream: %.2f); ratio %.2f; hits "
+        "%zu, %zu\n",
+        set.name.c_str(), rays / times[0], rays / times[1], rays / times[2], rays / times[3],
+        rays / times[4], times[1] / times[0], own, single);
+  }
+}
+
+}  // namespace
+}  // namespace lightbatch::bench
+
+int main(int argc, char** argv) {
+  using namespace lightbatch::bench;
+  std::string wanted = "classroom,hotel_room,office,torus,needles", soups = ".";
+  for (int i = 1; i + 1 < argc; i += 2) {
+    const std::string name = argv[i];
+    if (name == "--scenes") wanted = argv[i + 1];
+    if (name == "--soups") soups = argv[i + 1];
+    if (name == "--repetitions") repetitions = std::max(1, std::atoi(argv[i + 1]));
+    if (name == "--rays") ray_count = static_cast<std::size_t>(std::atoll(argv[i + 1]));
+  }
+  for (const std::string name : {"classroom", "hotel_room", "office", "torus", "needles"}) {
+    if (wanted.find(name) == std::string::npos) continue;
+    const Scene scene = name == "office"    ? make_office(1000000)
+                        : name == "torus"   ? make_torus(1000000)
+                        : name == "needles" ? make_needles(200000)
+                                            : load_soup(soups + "/" + name + ".soup", name);
+    if (!scene.triangles.empty()) run(scene);
+  }
+  return 0;
+}
