@@ -42,12 +42,12 @@ struct Layout {
   double texels_per_metre = 0;
   std::vector<Page> pages;
   std::vector<Chart> charts;
-  std::vector<std::uint32_t> chart_of;         // per triangle; scene::kNone: no lightmap
-  std::vector<std::array<Vec2f, 3>> uv;        // per triangle and corner
-  double charted_area = 0;                     // m2
-  double utilisation = 0;                      // UV area of triangles / texels of pages
+  std::vector<std::uint32_t> chart_of;   // per triangle; scene::kNone: no lightmap
+  std::vector<std::array<Vec2f, 3>> uv;  // per triangle and corner
+  double charted_area = 0;               // m2
+  double utilisation = 0;                // UV area of triangles / texels of pages
   double out_of_density_area = 0;  // share of area outside +-30 % (charts at least 2 texels wide)
-  std::uint64_t footprint_conflicts = 0;       // counted by an independent pass; must be 0
+  std::uint64_t footprint_conflicts = 0;  // counted by an independent pass; must be 0
 };
 
 /// Charts and packs the triangles with lit[i] != 0. Deterministic. CANCELLED, INPUT_OVER_BUDGET.

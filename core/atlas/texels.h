@@ -8,6 +8,9 @@
 
 namespace lightbatch::atlas {
 
+/// Fragment::area of triangles that collapsed to a line or point.
+constexpr float kCollapsedArea = 1e-9f;
+
 /// The part of one triangle inside one texel.
 struct Fragment {
   std::uint32_t triangle = 0;
@@ -15,8 +18,13 @@ struct Fragment {
   /// exact fill rule, so that neighbours in one chart never share a sample. May be 0 when the
   /// triangle touches the texel between samples.
   std::uint16_t mask = 0;
-  float area = 0;          // of triangle and texel's intersection, in texels, in (0, 1]
-  Vec2f centroid;          // of that intersection, page texel coordinates
+  float area = 0;  // of triangle and texel's intersection, in texels, in (0, 1]
+  Vec2f centroid;  // of that intersection, page texel coordinates
+  /// m2 of the triangle that lie in the texel: the weight of the fragment in the texel's mean, in
+  /// every case. Over all fragments of a triangle it sums to the triangle's own area. Triangles
+  /// whose coordinates collapsed to a line or point (smaller than half a texel) have it too; their
+  /// `area` is a token kCollapsedArea and their mask 0.
+  float surface = 0;
 };
 
 struct Texel {
@@ -24,7 +32,7 @@ struct Texel {
   std::uint16_t page = 0;
   std::uint16_t x = 0;
   std::uint16_t y = 0;
-  std::uint16_t fragment_count = 0;
+  std::uint32_t fragment_count = 0;
   std::uint32_t first_fragment = 0;
   float coverage = 0;  // sum of fragment areas, at most about 1
 };
@@ -43,13 +51,14 @@ struct TexelMap {
 /// A point on the surface: position = barycentric mix of the triangle's corners.
 struct SurfacePoint {
   std::uint32_t triangle = 0;
-  float u = 0, v = 0;  // barycentric, inside the triangle (clamped)
+  float u = 0, v = 0;  // weights of corners 1 and 2; corner 0 has 1 - u - v (clamped to inside)
 };
 
 /// Exact coverage of every texel by the laid-out triangles. Deterministic; parallel.
 TexelMap cover_texels(const scene::Scene& scene, const Layout& layout);
 
-/// The surface point of a triangle at page coordinates (clamped to the triangle).
+/// The surface point of a triangle at page coordinates (clamped to the triangle). On a triangle
+/// that collapsed to a line: the middle of the section that the line's point stands for.
 SurfacePoint point_at(const Layout& layout, std::uint32_t triangle, Vec2f page_uv);
 
 }  // namespace lightbatch::atlas
