@@ -1,0 +1,105 @@
+#include "server/config.h"
+
+#include <CLI/CLI.hpp>
+#include <map>
+
+namespace lightbatch::server {
+namespace {
+
+constexpr const char* kDescription =
+    "lightbatchd: takes glTF scenes over gRPC, bakes lightmaps and batches, keeps jobs and files.\n"
+    "Stops cleanly on SIGTERM: running jobs go back to the queue and run again after the next "
+    "start.";
+
+constexpr std::int64_t kMebi = std::int64_t{1} << 20;
+
+}  // namespace
+
+ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
+  ParsedConfig parsed;
+  ServiceConfig& service = parsed.config.service;
+  service.data = "/var/lib/lightbatch";
+  service.listen = "127.0.0.1:7411";
+  service.admin_port = 7412;
+  std::int64_t job_memory_mib = 0;
+  std::int64_t max_blob_mib = service.blobs.max_blob_bytes / kMebi;
+  std::int64_t keep_free_mib = service.blobs.keep_free_bytes / kMebi;
+  std::string log_format = "text";
+
+  CLI::App app(kDescription, "lightbatchd");
+  app.set_version_flag("--version", version);
+  app.set_config("--config", "", "Read options from this file (TOML: listen = \"127.0.0.1:7411\")");
+  const auto option = [&](const char* name, auto& value, const char* help) {
+    std::string variable = "LIGHTBATCHD_";
+    for (const char* c = name + 2; *c != '\0'; ++c) {
+      variable += *c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(*c)));
+    }
+    return app.add_option(name, value, help)->envname(variable)->capture_default_str();
+  };
+  option("--data", service.data, "Folder of the job database and the blobs");
+  option("--listen", service.listen, "gRPC address, HOST:PORT; port 0 takes a free one");
+  option("--admin-address", service.admin_address,
+         "Address of the admin pages; keep it on loopback");
+  option("--admin-port", service.admin_port,
+         "Port of /healthz /readyz /metrics /jobs; 0: a free one, -1: none")
+      ->check(CLI::Range(-1, 65535));
+  option("--tls-cert", service.tls.certificate, "Certificate chain, PEM")->check(CLI::ExistingFile);
+  option("--tls-key", service.tls.key, "Private key, PEM")->check(CLI::ExistingFile);
+  option("--tls-client-ca", service.tls.client_ca,
+         "Demand client certificates of this authority, PEM")
+      ->check(CLI::ExistingFile);
+  app.add_flag("--insecure", service.insecure, "Allow plain text beyond loopback")
+      ->envname("LIGHTBATCHD_INSECURE");
+  option("--concurrent-jobs", service.admission.concurrent_jobs,
+         "Jobs at the same time; each may use all threads")
+      ->check(CLI::Range(1, 1024));
+  option("--job-memory", job_memory_mib,
+         "Memory limit of one job, MiB; 0: three quarters of the machine, shared by the jobs")
+      ->check(CLI::NonNegativeNumber);
+  option("--job-timeout", service.admission.max_job_seconds, "Longest run of one job, seconds")
+      ->check(CLI::PositiveNumber);
+  option("--max-queued", service.admission.max_queued_jobs, "Most jobs waiting")
+      ->check(CLI::PositiveNumber);
+  option("--max-uploads", service.admission.max_uploads, "Most uploads at the same time")
+      ->check(CLI::PositiveNumber);
+  option("--max-watchers", service.admission.max_watchers, "Most watch streams at the same time")
+      ->check(CLI::PositiveNumber);
+  option("--max-blob", max_blob_mib, "Largest file, MiB")->check(CLI::PositiveNumber);
+  option("--keep-free", keep_free_mib, "Refuse uploads that leave less free disk than this, MiB")
+      ->check(CLI::NonNegativeNumber);
+  option("--idle-timeout", service.idle_seconds, "End streams that are silent so long, seconds")
+      ->check(CLI::PositiveNumber);
+  option("--drain-timeout", service.drain_seconds, "Time for calls in progress on stop, seconds")
+      ->check(CLI::NonNegativeNumber);
+  const std::map<std::string, LogLevel> levels = {{"debug", LogLevel::kDebug},
+                                                  {"info", LogLevel::kInfo},
+                                                  {"warning", LogLevel::kWarning},
+                                                  {"error", LogLevel::kError},
+                                                  {"off", LogLevel::kOff}};
+  option("--log-format", log_format, "Log lines on stderr: text (key=value) or json")
+      ->check(CLI::IsMember({"text", "json"}));
+  app.add_option("--log-level", parsed.config.log_level, "Least level to log")
+      ->envname("LIGHTBATCHD_LOG_LEVEL")
+      ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case));
+  try {
+    app.parse(argc, argv);
+    if (service.tls.certificate.empty() != service.tls.key.empty()) {
+      throw CLI::ValidationError("--tls-cert and --tls-key go together");
+    }
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    parsed.exit_code = code == 0 ? 0 : 2;
+    return parsed;
+  }
+  service.blobs.max_blob_bytes = max_blob_mib * kMebi;
+  service.blobs.keep_free_bytes = keep_free_mib * kMebi;
+  service.run.memory_bytes = job_memory_mib > 0
+                                 ? job_memory_mib * kMebi
+                                 : default_job_memory(service.admission.concurrent_jobs);
+  service.run.job_seconds = service.admission.max_job_seconds;
+  service.admission.job_memory_bytes = service.run.memory_bytes;
+  parsed.config.log_json = log_format == "json";
+  return parsed;
+}
+
+}  // namespace lightbatch::server
