@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/gltf/document.h"
+#include "core/gltf/json_path.h"
+
+namespace lightbatch::gltf {
+
+/// Animations and skins: sampler indices, accessor types and counts.
+Status check_animations(const Json& json, const JsonPath& root);
+Status check_skins(const Json& json, const JsonPath& root);
+
+}  // namespace lightbatch::gltf

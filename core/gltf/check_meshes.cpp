@@ -1,0 +1,218 @@
+#include "core/gltf/check_meshes.h"
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "core/gltf/elements.h"
+#include "core/gltf/fields.h"
+#include "core/gltf/layout.h"
+#include "core/gltf/texture_slots.h"
+
+namespace lightbatch::gltf {
+namespace {
+
+constexpr std::uint32_t kFloat = 5126;
+
+struct Semantic {
+  std::string_view name;  // without its set number
+  bool numbered;
+  std::uint32_t least_components;
+  std::uint32_t most_components;
+};
+constexpr std::array<Semantic, 7> kSemantics = {{{"POSITION", false, 3, 3},
+                                                 {"NORMAL", false, 3, 3},
+                                                 {"TANGENT", false, 4, 4},
+                                                 {"TEXCOORD", true, 2, 2},
+                                                 {"COLOR", true, 3, 4},
+                                                 {"JOINTS", true, 4, 4},
+                                                 {"WEIGHTS", true, 4, 4}}};
+
+/// nullptr for names that start with an underscore (application specific) and for unknown ones.
+const Semantic* semantic_of(std::string_view name) {
+  for (const Semantic& semantic : kSemantics) {
+    if (!semantic.numbered && name == semantic.name) return &semantic;
+    if (semantic.numbered && name.size() > semantic.name.size() + 1 &&
+        name.starts_with(semantic.name) && name[semantic.name.size()] == '_') {
+      return &semantic;
+    }
+  }
+  return nullptr;
+}
+
+class MeshCheck {
+ public:
+  MeshCheck(const Document& document, std::vector<std::string>& warnings)
+      : document_(document),
+        json_(document.json),
+        accessors_(list_field(json_, "accessors")),
+        slots_(texture_coordinates_needed(json_)),
+        warnings_(warnings) {
+    for (const Json& name : list_field(json_, "extensionsUsed")) {
+      if (name == "KHR_mesh_quantization") quantized_ = true;
+    }
+  }
+
+  Status check_mesh(const Json& mesh, const JsonPath& path) {
+    const Json& primitives = mesh["primitives"];
+    const JsonPath list(path, "primitives");
+    const std::size_t targets = list_field(primitives[0], "targets").size();
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      const JsonPath here(list, i);
+      LB_RETURN_IF_ERROR(check_primitive(primitives[i], here));
+      if (list_field(primitives[i], "targets").size() != targets) {
+        return malformed(here.text(), "the primitives of a mesh differ in their morph targets");
+      }
+    }
+    if (mesh.contains("weights") && mesh["weights"].size() != targets) {
+      return malformed(path.text(), "has another number of weights than morph targets");
+    }
+    return {};
+  }
+
+ private:
+  /// Type and count of one attribute; *count is set by the first and compared by the others.
+  Status check_attribute(const std::string& name, std::uint32_t accessor, bool target,
+                         const JsonPath& path, std::optional<std::uint64_t>& count) const {
+    const std::optional<Layout> layout = layout_of(accessors_[accessor]);
+    if (!layout) return malformed(path.text(), "the accessor has an unknown type");
+    if (count && *count != layout->count) {
+      return malformed(path.text(), "has " + std::to_string(layout->count) +
+                                        " elements, other attributes " + std::to_string(*count));
+    }
+    count = layout->count;
+    const Semantic* semantic = semantic_of(name);
+    if (semantic == nullptr) return {};
+    const bool target_tangent = target && name == "TANGENT";
+    const std::uint32_t least = target_tangent ? 3 : semantic->least_components;
+    const std::uint32_t most = target_tangent ? 3 : semantic->most_components;
+    if (layout->rows != layout->components || layout->components < least ||
+        layout->components > most) {
+      return malformed(path.text(), name + " has the wrong type");
+    }
+    const bool geometric = name == "POSITION" || name == "NORMAL" || name == "TANGENT";
+    if (layout->component_type != kFloat && geometric && !quantized_) {
+      return malformed(path.text(), name + " is not of floats, and KHR_mesh_quantization not used");
+    }
+    return {};
+  }
+
+  Status check_primitive(const Json& primitive, const JsonPath& path) {
+    const Json& attributes = primitive["attributes"];
+    const JsonPath attribute_path(path, "attributes");
+    std::optional<std::uint64_t> count;
+    // POSITION first: the others are compared with it.
+    if (const auto position = attributes.find("POSITION"); position != attributes.end()) {
+      LB_RETURN_IF_ERROR(check_attribute("POSITION", position->get<std::uint32_t>(), false,
+                                         JsonPath(attribute_path, "POSITION"), count));
+    } else {
+      warnings_.push_back(path.text() + ": has no POSITION; nothing is drawn");
+    }
+    for (const auto& [name, accessor] : attributes.items()) {
+      LB_RETURN_IF_ERROR(check_attribute(name, accessor.get<std::uint32_t>(), false,
+                                         JsonPath(attribute_path, name), count));
+    }
+    LB_RETURN_IF_ERROR(check_targets(primitive, path, count));
+    LB_RETURN_IF_ERROR(check_indices(primitive, path, *count));
+    const std::uint32_t material = index_field(primitive, "material");
+    if (material == kAbsent) return {};
+    for (const std::uint32_t set : slots_[material]) {
+      const std::string name = "TEXCOORD_" + std::to_string(set);
+      if (attributes.contains(name)) continue;
+      return malformed(path.text(), "material " + std::to_string(material) + " has a texture on " +
+                                        name + ", which the primitive lacks");
+    }
+    return {};
+  }
+
+  Status check_targets(const Json& primitive, const JsonPath& path,
+                       std::optional<std::uint64_t>& count) const {
+    const auto targets = primitive.find("targets");
+    if (targets == primitive.end()) return {};
+    const JsonPath list(path, "targets");
+    if (!targets->is_array() || targets->empty()) {
+      return malformed(list.text(), "must be an array that is not empty");
+    }
+    for (std::size_t i = 0; i < targets->size(); ++i) {
+      const JsonPath target_path(list, i);
+      if (!(*targets)[i].is_object()) return malformed(target_path.text(), "must be an object");
+      for (const auto& [name, accessor] : (*targets)[i].items()) {
+        const JsonPath here(target_path, name);
+        if (!accessor.is_number_integer() || accessor < 0 || accessor >= accessors_.size()) {
+          return malformed(here.text(), "must be the index of an accessor");
+        }
+        LB_RETURN_IF_ERROR(check_attribute(name, accessor.get<std::uint32_t>(), true, here, count));
+      }
+    }
+    return {};
+  }
+
+  Status check_indices(const Json& primitive, const JsonPath& path, std::uint64_t vertices) const {
+    const std::uint32_t accessor = index_field(primitive, "indices");
+    if (accessor == kAbsent) return {};
+    const JsonPath here(path, "indices");
+    const std::optional<Layout> layout = layout_of(accessors_[accessor]);
+    if (!layout || !is_index_layout(*layout) || layout->normalized) {
+      return malformed(here.text(), "the accessor is not of unsigned scalars");
+    }
+    const std::uint32_t view = index_field(accessors_[accessor], "bufferView");
+    if (view != kAbsent && json_["bufferViews"][view].contains("byteStride")) {
+      return malformed(here.text(), "indices lie in a bufferView with a byteStride");
+    }
+    const std::uint32_t largest = largest_index(document_, accessor);
+    if (largest >= vertices) {
+      return malformed(here.text(), "index " + std::to_string(largest) +
+                                        " is out of range: the primitive has " +
+                                        std::to_string(vertices) + " vertices");
+    }
+    return {};
+  }
+
+  const Document& document_;
+  const Json& json_;
+  const Json& accessors_;
+  std::vector<std::vector<std::uint32_t>> slots_;  // per material: sets of texture coordinates
+  std::vector<std::string>& warnings_;
+  bool quantized_ = false;
+};
+
+}  // namespace
+
+Status check_meshes(const Document& document, const JsonPath& root,
+                    std::vector<std::string>& warnings) {
+  const Json& meshes = list_field(document.json, "meshes");
+  const JsonPath list(root, "meshes");
+  MeshCheck check(document, warnings);
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    LB_RETURN_IF_ERROR(check.check_mesh(meshes[i], JsonPath(list, i)));
+  }
+  return {};
+}
+
+Status check_instancing(const Json& json, const JsonPath& root) {
+  const Json& nodes = list_field(json, "nodes");
+  const JsonPath list(root, "nodes");
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Json* extension = extension_of(nodes[i], "EXT_mesh_gpu_instancing");
+    if (extension == nullptr) continue;
+    const std::string place = JsonPath(list, i).text() + "/extensions/EXT_mesh_gpu_instancing";
+    std::optional<std::uint64_t> count;
+    for (const auto& [name, accessor] : (*extension)["attributes"].items()) {
+      const std::optional<Layout> layout =
+          layout_of(json["accessors"][accessor.get<std::size_t>()]);
+      if (!layout) return malformed(place, "the accessor of " + name + " has an unknown type");
+      if (count && *count != layout->count) {
+        return malformed(place, "the instance attributes differ in count");
+      }
+      count = layout->count;
+      const std::uint32_t expected = name == "ROTATION" ? 4 : 3;
+      const bool transform = name == "TRANSLATION" || name == "ROTATION" || name == "SCALE";
+      if (transform && layout->components != expected) {
+        return malformed(place, name + " has the wrong type");
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace lightbatch::gltf

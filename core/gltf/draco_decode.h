@@ -1,0 +1,13 @@
+#pragma once
+
+#include "core/gltf/document.h"
+#include "core/gltf/json_path.h"
+#include "core/gltf/load_buffers.h"
+
+namespace lightbatch::gltf {
+
+/// Decodes every primitive of KHR_draco_mesh_compression: its accessors get ordinary buffer views
+/// in one new buffer, and the extension goes. Call after check_buffer_views(), with buffers loaded.
+Status decode_draco(Document& document, const JsonPath& root, ResourceLoader& loader);
+
+}  // namespace lightbatch::gltf
