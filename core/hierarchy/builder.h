@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,14 +10,13 @@
 namespace lightbatch::hierarchy {
 
 /// What builders write and Hierarchy is made from: depth-first places (left child of i is i + 1,
-/// right child is i + 2 * count(i + 1)), tight boxes, and the primitives in leaf order.
+/// right child is i + 2 * count(i + 1)), tight boxes, and the primitives in leaf order. Starts
+/// uninitialised.
 struct TreeArrays {
-  std::vector<Aabb> boxes;                // 2n - 1
-  std::vector<std::uint32_t> counts;      // 2n - 1
-  std::vector<std::uint32_t> primitives;  // n
+  TreeNodes nodes;                        // 2n - 1
+  LargeVector<std::uint32_t> primitives;  // n
 
-  explicit TreeArrays(std::size_t n = 0)
-      : boxes(n == 0 ? 0 : 2 * n - 1), counts(boxes.size()), primitives(n) {}
+  explicit TreeArrays(std::size_t n = 0) : nodes(n == 0 ? 0 : 2 * n - 1), primitives(n) {}
 };
 
 /// Gives Hierarchy its contents.
@@ -24,9 +24,5 @@ class HierarchyBuilder {
  public:
   static Hierarchy finish(TreeArrays&& arrays);
 };
-
-/// The founding algorithm in plain scalar code: the reference that faster builders equal bit for
-/// bit. n >= 1.
-TreeArrays sweep_scalar(std::span<const Aabb> boxes);
 
 }  // namespace lightbatch::hierarchy

@@ -4,17 +4,13 @@
 
 #include "core/base/check.h"
 #include "core/hierarchy/builder.h"
+#include "core/hierarchy/sweep.h"
 
 namespace lightbatch::hierarchy {
 
 Hierarchy HierarchyBuilder::finish(TreeArrays&& arrays) {
   Hierarchy tree;
-  tree.nodes_.resize(arrays.boxes.size());
-  std::uint32_t leaves = 0;
-  for (std::size_t i = 0; i < arrays.boxes.size(); ++i) {
-    tree.nodes_[i] = {arrays.boxes[i], leaves, arrays.counts[i]};
-    if (arrays.counts[i] == 1) ++leaves;
-  }
+  tree.nodes_ = std::move(arrays.nodes);
   tree.primitives_ = std::move(arrays.primitives);
   return tree;
 }
@@ -27,7 +23,7 @@ Hierarchy build(std::span<const Aabb> boxes, const BuildOptions&) {
                  box.lower.y <= box.upper.y && box.lower.z <= box.upper.z,
              "hierarchy boxes must be finite with lower <= upper");
   }
-  return HierarchyBuilder::finish(sweep_scalar(boxes));
+  return HierarchyBuilder::finish(sweep(boxes));
 }
 
 }  // namespace lightbatch::hierarchy

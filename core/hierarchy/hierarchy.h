@@ -2,11 +2,20 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
+#include "core/hierarchy/large_vector.h"
 #include "core/math/aabb.h"
 
 namespace lightbatch::hierarchy {
+
+/// A node as it is stored; 32 bytes, no initialisation.
+struct alignas(32) TreeNode {
+  float lower[3];
+  std::uint32_t first;
+  float upper[3];
+  std::uint32_t count;
+};
+using TreeNodes = LargeVector<TreeNode>;
 
 /// The one tree of the product: binary, tight axis-aligned boxes, single primitives at the leaves,
 /// no primitive twice. Depth-first order: the root is node 0, the left child of i is i + 1, the
@@ -27,7 +36,10 @@ class Hierarchy {
   bool is_leaf(NodeId i) const { return nodes_[i].count == 1; }
   NodeId left(NodeId i) const { return i + 1; }
   NodeId right(NodeId i) const { return i + 2 * nodes_[i + 1].count; }
-  const Aabb& box(NodeId i) const { return nodes_[i].box; }
+  Aabb box(NodeId i) const {
+    const TreeNode& n = nodes_[i];
+    return {{n.lower[0], n.lower[1], n.lower[2]}, {n.upper[0], n.upper[1], n.upper[2]}};
+  }
   std::uint32_t first(NodeId i) const { return nodes_[i].first; }
   std::uint32_t count(NodeId i) const { return nodes_[i].count; }
   std::uint32_t primitive(std::uint32_t leaf_order) const { return primitives_[leaf_order]; }
@@ -37,13 +49,8 @@ class Hierarchy {
 
  private:
   friend class HierarchyBuilder;
-  struct Node {
-    Aabb box;
-    std::uint32_t first = 0;
-    std::uint32_t count = 0;
-  };
-  std::vector<Node> nodes_;
-  std::vector<std::uint32_t> primitives_;
+  TreeNodes nodes_;
+  LargeVector<std::uint32_t> primitives_;
 };
 
 struct BuildOptions {

@@ -4,12 +4,13 @@
 // sides; the two other lists are partitioned stably; down to single primitives.
 // Deviations: an explicit stack, ties to the middle, and a depth limit (split_rule.h).
 
+#include "tests/unit/hierarchy/sweep_reference.h"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <numeric>
 
-#include "core/hierarchy/builder.h"
 #include "core/hierarchy/split_rule.h"
 
 namespace lightbatch::hierarchy {
@@ -43,10 +44,12 @@ class ScalarSweep {
       const Task task = stack.back();
       stack.pop_back();
       const std::uint32_t n = task.end - task.begin;
-      tree_.counts[task.place] = n;
       Aabb box;
       for (std::uint32_t k = task.begin; k < task.end; ++k) box.add(boxes_[order_[0][k]]);
-      tree_.boxes[task.place] = box;
+      tree_.nodes[task.place] = {{box.lower.x, box.lower.y, box.lower.z},
+                                 task.begin,
+                                 {box.upper.x, box.upper.y, box.upper.z},
+                                 n};
       if (n == 1) {
         tree_.primitives[task.begin] = order_[0][task.begin];
         continue;
@@ -115,6 +118,6 @@ class ScalarSweep {
 
 }  // namespace
 
-TreeArrays sweep_scalar(std::span<const Aabb> boxes) { return ScalarSweep(boxes).run(); }
+TreeArrays sweep_reference(std::span<const Aabb> boxes) { return ScalarSweep(boxes).run(); }
 
 }  // namespace lightbatch::hierarchy

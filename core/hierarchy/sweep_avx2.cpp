@@ -1,0 +1,40 @@
+#include "core/hierarchy/sweep.h"
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/hierarchy/split_rule.h"
+
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((target("avx2,bmi"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx2,bmi")
+#endif
+
+namespace lightbatch::hierarchy {
+namespace {
+
+#include "core/hierarchy/sweep_impl.h"
+}  // namespace
+
+void sweep_avx2(const SweepLists& lists, TreeArrays& tree) { Sweep(lists, tree).run(); }
+
+}  // namespace lightbatch::hierarchy
+
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+#endif

@@ -1,0 +1,364 @@
+// Included once by each sweep_*.cpp with its instruction set switched on, inside an anonymous
+// namespace. See sweep_scalar.cpp for the algorithm; this is the same tree, faster:
+// - records carry their boxes; each list is partitioned by comparing with the split element;
+// - in larger nodes, boxes of aligned blocks bound the cost inside a block from below, and only
+//   blocks that may beat the best cost so far are swept. Floating-point operations are monotone,
+//   so nothing is missed, ties included;
+// - every node knows its place in the result, so threads cannot change it.
+
+#include "core/hierarchy/sweep_vectors.h"
+
+constexpr std::uint32_t kWholeSweep = 48;  // nodes up to here are swept without blocks
+constexpr std::uint32_t kSmallBlock = 16;  // block size of nodes up to kManySmall
+constexpr std::uint32_t kManySmall = 1024;
+constexpr std::uint32_t kLargeBlock = 64;
+constexpr std::uint32_t kParallelNode = 16384;  // larger nodes may be split by all threads
+constexpr std::uint32_t kSubtrees = 12;         // down to a twelfth of all primitives
+
+struct Task {
+  std::uint32_t begin = 0;
+  std::uint32_t count = 0;
+  std::uint32_t place = 0;
+  int depth = 0;
+  std::array<std::uint8_t, 3> side{};  // which buffer, for each axis
+};
+
+/// What the blocks of one list know. Index b: block b; prefixes end before it, suffixes begin
+/// with it.
+struct Blocks {
+  std::vector<Record> boxes, prefix, suffix;
+  std::vector<float> prefix_area, suffix_area;
+  void resize(std::size_t n) {
+    boxes.resize(n);
+    prefix.resize(n + 1);
+    suffix.resize(n + 1);
+    prefix_area.resize(n + 1);
+    suffix_area.resize(n + 1);
+  }
+};
+using NodeBlocks = std::array<Blocks, 3>;
+
+/// The limits and the place of a sweep over part of a list.
+struct SweepContext {
+  std::uint32_t n;
+  std::uint32_t axis;
+  PositionRange range;
+};
+
+/// Offers every position strictly inside r[0, count), which begins at position `first` of its node;
+/// `before` and `after` are the boxes of what lies outside. Returns the box of all.
+LB_INLINE void sweep_inside(const Record* r, std::uint32_t count, std::uint32_t first, V8f before,
+                            V8f after, const SweepContext& context, Split& best) {
+  V4f right[kLargeBlock + 4];
+  V8f box = after;
+  for (std::uint32_t j = count - 1; j > 0; --j) {
+    box = unite(load_box(r + j), box);
+    right[j] = negated_extent(box);
+  }
+  for (std::uint32_t j = count; j < count + 3; ++j) right[j] = V4f{};
+  box = before;
+  const V4i steps{0, 1, 2, 3};
+  for (std::uint32_t j = 1; j < count; j += 4) {
+    V4f left[4];
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      box = unite(load_box(r + std::min(j + i, count) - 1), box);
+      left[i] = negated_extent(box);
+    }
+    const V4f left_area = areas_of(left[0], left[1], left[2], left[3]);
+    const V4f right_area = areas_of(right[j], right[j + 1], right[j + 2], right[j + 3]);
+    const std::uint32_t k = first + j;
+    const V4f on_left = __builtin_convertvector(steps + static_cast<std::int32_t>(k), V4f);
+    const V4f on_right =
+        __builtin_convertvector(static_cast<std::int32_t>(context.n - k) - steps, V4f);
+    const V4f cost = left_area * on_left + right_area * on_right;
+    unsigned mask = mask4(cost <= best.cost) & ((1u << std::min(4u, count - j)) - 1);
+    for (; mask != 0; mask &= mask - 1) {
+      const auto i = static_cast<std::uint32_t>(std::countr_zero(mask));
+      if (k + i < context.range.first || k + i > context.range.last) continue;
+      best.offer(cost[i], context.axis, k + i, tie_rank(k + i, context.n));
+    }
+  }
+}
+
+class Sweep {
+ public:
+  Sweep(const SweepLists& lists, TreeArrays& tree) : lists_(lists), tree_(tree) {}
+
+  void run() {
+    const std::uint32_t enough = std::max(kParallelNode, lists_.count / kSubtrees);
+    std::vector<Task> open{{0, lists_.count, 0, 0, {}}};
+    std::vector<Task> subtrees;
+    NodeBlocks blocks;
+    while (!open.empty()) {
+      const Task task = open.back();
+      open.pop_back();
+      if (task.count <= enough) {
+        subtrees.push_back(task);
+        continue;
+      }
+      std::array<Task, 2> children;
+      split_by_all(task, blocks, children);
+      open.insert(open.end(), children.begin(), children.end());
+    }
+    std::stable_sort(subtrees.begin(), subtrees.end(),
+                     [](const Task& a, const Task& b) { return a.count > b.count; });
+    parallel_for(subtrees.size(), 1, [&](std::size_t first, std::size_t last) {
+      NodeBlocks own;
+      for (std::size_t i = first; i < last; ++i) subtree(subtrees[i], own);
+    });
+  }
+
+ private:
+  Record* list(const Task& task, std::size_t axis) const {
+    return lists_.buffer[task.side[axis]][axis] + task.begin;
+  }
+  static std::uint32_t block_size(std::uint32_t n) {
+    return n <= kManySmall ? kSmallBlock : kLargeBlock;
+  }
+
+  void subtree(const Task& root, NodeBlocks& blocks) {
+    std::array<Task, kMaxDepth + 2> stack;
+    std::size_t size = 0;
+    stack[size++] = root;
+    while (size > 0) {
+      const Task task = stack[--size];
+      if (task.count <= 2) {
+        write_few(task);
+        continue;
+      }
+      V8f box;
+      const Split split =
+          task.count <= kWholeSweep ? sweep_whole(task, box) : sweep_blocks(task, blocks, box);
+      write_node(task, box);
+      std::array<Task, 2> children = children_of(task, split);
+      const Record edge = list(task, split.axis)[split.position];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (axis == split.axis) continue;
+        partition(task, split, edge, axis);
+        children[1].side[axis] ^= 1u;
+      }
+      stack[size++] = children[1];
+      stack[size++] = children[0];
+    }
+  }
+
+  static std::array<Task, 2> children_of(const Task& task, const Split& split) {
+    std::array<Task, 2> children{task, task};
+    children[0].count = split.position;
+    children[0].place = task.place + 1;
+    children[1].begin += split.position;
+    children[1].count -= split.position;
+    children[1].place = task.place + 2 * split.position;
+    for (Task& child : children) ++child.depth;
+    return children;
+  }
+
+  void write_node(const Task& task, V8f box) {
+    tree_.nodes[task.place] = {
+        {box[0], box[1], box[2]}, task.begin, {-box[4], -box[5], -box[6]}, task.count};
+  }
+  void write_leaf(const Record& record, std::uint32_t begin, std::uint32_t place) {
+    tree_.primitives[begin] = record.id();
+    write_node({begin, 1, place, 0, {}}, load_box(&record));
+  }
+  void write_few(const Task& task) {
+    const Record* r = list(task, 0);
+    if (task.count == 1) {
+      write_leaf(r[0], task.begin, task.place);
+      return;
+    }
+    write_node(task, unite(load_box(r), load_box(r + 1)));
+    write_leaf(r[0], task.begin, task.place + 1);
+    write_leaf(r[1], task.begin + 1, task.place + 2);
+  }
+
+  Split sweep_whole(const Task& task, V8f& box) const {
+    Split best = Split::middle(task.count);
+    const PositionRange range = allowed_positions(task.count, task.depth);
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      sweep_inside(list(task, axis), task.count, 0, empty_box(), empty_box(),
+                   {task.count, axis, range}, best);
+    }
+    const Record* r = list(task, 0);
+    box = load_box(r);
+    for (std::uint32_t k = 1; k < task.count; ++k) box = unite(load_box(r + k), box);
+    return best;
+  }
+
+  static void box_blocks(const Record* r, std::uint32_t n, std::uint32_t size, std::size_t first,
+                         std::size_t last, Blocks& blocks) {
+    for (std::size_t b = first; b < last; ++b) {
+      const std::size_t begin = b * size, end = std::min<std::size_t>(n, begin + size);
+      V8f even = load_box(r + begin), odd = load_box(r + end - 1);
+      std::size_t k = begin + 1;
+      for (; k + 1 < end; k += 2) {
+        even = unite(load_box(r + k), even);
+        odd = unite(load_box(r + k + 1), odd);
+      }
+      store_box(&blocks.boxes[b], unite(even, odd));
+    }
+  }
+
+  /// Prefixes and suffixes of the blocks; offers the positions between blocks.
+  static void scan_blocks(std::size_t count, std::uint32_t size, Blocks& blocks,
+                          const SweepContext& context, Split& best) {
+    V8f box = empty_box();
+    for (std::size_t b = 0; b < count; ++b) {
+      store_box(&blocks.prefix[b], box);
+      blocks.prefix_area[b] = b == 0 ? 0.0f : area_of(box);
+      box = unite(load_box(&blocks.boxes[b]), box);
+    }
+    store_box(&blocks.prefix[count], box);
+    box = empty_box();
+    store_box(&blocks.suffix[count], box);
+    blocks.suffix_area[count] = 0;
+    for (std::size_t b = count; b-- > 0;) {
+      box = unite(load_box(&blocks.boxes[b]), box);
+      store_box(&blocks.suffix[b], box);
+      blocks.suffix_area[b] = area_of(box);
+    }
+    for (std::size_t b = 1; b < count; ++b) {
+      const auto k = static_cast<std::uint32_t>(b) * size;
+      if (k < context.range.first || k > context.range.last) continue;
+      best.offer(blocks.prefix_area[b] * static_cast<float>(k) +
+                     blocks.suffix_area[b] * static_cast<float>(context.n - k),
+                 context.axis, k, tie_rank(k, context.n));
+    }
+  }
+
+  /// Whether no position inside the block can be as good as the best.
+  static bool ruled_out(std::size_t b, std::uint32_t begin, std::uint32_t end, const Blocks& blocks,
+                        std::uint32_t n, const Split& best) {
+    const float bound = blocks.prefix_area[b] * static_cast<float>(begin + 1) +
+                        blocks.suffix_area[b + 1] * static_cast<float>(n - end + 1);
+    return bound > best.cost;
+  }
+
+  Split sweep_blocks(const Task& task, NodeBlocks& blocks, V8f& box) const {
+    const std::uint32_t n = task.count, size = block_size(n);
+    const std::size_t count = (n + size - 1) / size;
+    const PositionRange range = allowed_positions(n, task.depth);
+    Split best = Split::middle(n);
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      if (blocks[axis].boxes.size() < count) blocks[axis].resize(count);
+      box_blocks(list(task, axis), n, size, 0, count, blocks[axis]);
+      scan_blocks(count, size, blocks[axis], {n, axis, range}, best);
+    }
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t b = 0; b < count; ++b) sweep_block(task, range, axis, b, blocks[axis], best);
+    }
+    box = load_box(&blocks[0].suffix[0]);
+    return best;
+  }
+
+  void sweep_block(const Task& task, const PositionRange& range, std::uint32_t axis, std::size_t b,
+                   const Blocks& blocks, Split& best) const {
+    const std::uint32_t n = task.count, size = block_size(n);
+    const std::uint32_t begin = static_cast<std::uint32_t>(b) * size,
+                        end = std::min(n, begin + size);
+    if (ruled_out(b, begin, end, blocks, n, best)) return;
+    sweep_inside(list(task, axis) + begin, end - begin, begin, load_box(&blocks.prefix[b]),
+                 load_box(&blocks.suffix[b + 1]), {n, axis, range}, best);
+  }
+
+  /// Whether a record goes to the left: it comes before `edge`, the first one on the right, in the
+  /// order of the split axis.
+  LB_INLINE static bool goes_left(const Record& r, const Record& edge, std::uint32_t axis) {
+    const float key = r.key(axis), limit = edge.key(axis);
+    return (key < limit) | ((key == limit) & (r.tagged_id < edge.tagged_id));
+  }
+
+  /// Left in place, right into the other buffer.
+  void partition(const Task& task, const Split& split, const Record& edge, std::size_t axis) const {
+    Record* r = list(task, axis);
+    Record* left = r;
+    Record* right = lists_.buffer[task.side[axis] ^ 1u][axis] + task.begin + split.position;
+    for (std::uint32_t k = 0; k < task.count; ++k) {
+      const bool to_left = goes_left(r[k], edge, split.axis);
+      store_box(to_left ? left : right, load_box(r + k));
+      left += to_left;
+      right += !to_left;
+    }
+  }
+
+  /// One node by all threads: work cut into chunks of a fixed size, both sides moved.
+  void split_by_all(const Task& task, NodeBlocks& blocks, std::array<Task, 2>& children) {
+    const std::uint32_t n = task.count, size = block_size(n);
+    const std::size_t count = (n + size - 1) / size;
+    const PositionRange range = allowed_positions(n, task.depth);
+    constexpr std::size_t kChunk = 4096;  // records
+    const std::size_t chunks = (n + kChunk - 1) / kChunk;
+    for (Blocks& b : blocks) {
+      if (b.boxes.size() < count) b.resize(count);
+    }
+    parallel_for(3 * chunks, 1, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        const std::size_t axis = i / chunks, begin = i % chunks * (kChunk / size);
+        box_blocks(list(task, axis), n, size, begin, std::min(count, begin + kChunk / size),
+                   blocks[axis]);
+      }
+    });
+    std::array<Split, 3> bests;
+    parallel_for(3, 1, [&](std::size_t axis, std::size_t) {
+      bests[axis] = Split::middle(n);
+      scan_blocks(count, size, blocks[axis], {n, static_cast<std::uint32_t>(axis), range},
+                  bests[axis]);
+    });
+    Split best = Split::middle(n);
+    const auto merge = [](Split a, const Split& b) {
+      if (b.cost < std::numeric_limits<float>::infinity()) {
+        a.offer(b.cost, b.axis, b.position, b.rank);
+      }
+      return a;
+    };
+    for (const Split& other : bests) best = merge(best, other);
+    best = deterministic_reduce(
+        3 * chunks, 1, best,
+        [&](std::size_t i, std::size_t) {
+          Split own = best;
+          const std::size_t axis = i / chunks, begin = i % chunks * (kChunk / size);
+          for (std::size_t b = begin; b < std::min(count, begin + kChunk / size); ++b) {
+            sweep_block(task, range, static_cast<std::uint32_t>(axis), b, blocks[axis], own);
+          }
+          return own;
+        },
+        merge);
+    write_node(task, load_box(&blocks[0].suffix[0]));
+    children = children_of(task, best);
+    const Record edge = list(task, best.axis)[best.position];
+    std::vector<std::uint32_t> lefts(3 * chunks + 1, 0);
+    const auto each_chunk = [&](auto body) {
+      parallel_for(3 * chunks, 1, [&](std::size_t i, std::size_t) {
+        const std::size_t axis = i / chunks, begin = i % chunks * kChunk;
+        if (axis == best.axis) return;
+        body(i, list(task, axis), begin, std::min<std::size_t>(n, begin + kChunk));
+      });
+    };
+    each_chunk([&](std::size_t i, const Record* r, std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) lefts[i] += goes_left(r[k], edge, best.axis);
+    });
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::uint32_t sum = 0;
+      for (std::size_t i = axis * chunks; i < (axis + 1) * chunks; ++i) {
+        sum += std::exchange(lefts[i], sum);
+      }
+      if (axis == best.axis) continue;
+      for (Task& child : children) child.side[axis] ^= 1u;
+    }
+    each_chunk([&](std::size_t i, const Record* r, std::size_t begin, std::size_t end) {
+      const std::size_t axis = i / chunks;
+      Record* left = lists_.buffer[task.side[axis] ^ 1u][axis] + task.begin + lefts[i];
+      Record* right = lists_.buffer[task.side[axis] ^ 1u][axis] + task.begin + best.position +
+                      (begin - lefts[i]);
+      for (std::size_t k = begin; k < end; ++k) {
+        const bool to_left = goes_left(r[k], edge, best.axis);
+        store_box(to_left ? left : right, load_box(r + k));
+        left += to_left;
+        right += !to_left;
+      }
+    });
+  }
+
+  const SweepLists& lists_;
+  TreeArrays& tree_;
+};

@@ -1,0 +1,170 @@
+// Bakes the light of a scene and compares it with irradiance known at points: either the receivers
+// of a case of analytic.json, or a CSV of points with reference irradiance (x,y,z,nx,ny,nz,r,g,b).
+//
+//   light_probe SCENE.glb [--target 0.02] [--sky NITS] [--texels D] [--points FILE.csv]
+//               [--analytic FILE.json] [--effort F] [--picture FILE.png]
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/base/bytes.h"
+#include "core/image/codecs.h"
+#include "core/lightmap/look_up.h"
+#include "core/pipeline/light_stage.h"
+
+namespace {
+
+using namespace lightbatch;
+
+struct Reference {
+  Vec3d position, normal;
+  Rgbd irradiance;
+};
+
+std::vector<Reference> read_points(const std::string& path) {
+  std::vector<Reference> points;
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    for (char& c : line) c = c == ',' ? ' ' : c;
+    std::istringstream fields(line);
+    Reference r;
+    fields >> r.position.x >> r.position.y >> r.position.z >> r.normal.x >> r.normal.y >>
+        r.normal.z >> r.irradiance.r >> r.irradiance.g >> r.irradiance.b;
+    points.push_back(r);
+  }
+  return points;
+}
+
+std::vector<Reference> read_case(const std::string& path, const std::string& scene, double& sky,
+                                 double& tolerance) {
+  std::vector<Reference> points;
+  std::ifstream in(path);
+  const auto json = nlohmann::json::parse(in);
+  for (const auto& c : json["cases"]) {
+    if (scene.find(c["file"].get<std::string>()) == std::string::npos) continue;
+    sky = c["environment_nits"];
+    tolerance = c["tolerance_relative"];
+    for (const auto& r : c["receivers"]) {
+      const auto& p = r["position"];
+      const auto& n = r["normal"];
+      const auto& e = r["irradiance_lux"];
+      points.push_back({{p[0], p[1], p[2]}, {n[0], n[1], n[2]}, {e[0], e[1], e[2]}});
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::map<std::string, std::string> option;
+  for (int i = 2; i + 1 < argc; i += 2) option[argv[i]] = argv[i + 1];
+  const auto number = [&](const char* name, double otherwise) {
+    return option.contains(name) ? std::stod(option[name]) : otherwise;
+  };
+  const std::string path = argc > 1 ? argv[1] : "";
+  pipeline::JobOptions options;
+  options.target_error = number("--target", 0.02);
+  options.sky_nits = number("--sky", 0);
+  options.texels_per_metre = number("--texels", 0);
+  double tolerance = 0.02;
+  std::vector<Reference> points;
+  if (option.contains("--points")) points = read_points(option["--points"]);
+  if (option.contains("--analytic")) {
+    points = read_case(option["--analytic"], path, options.sky_nits, tolerance);
+  }
+  pipeline::JobInput input;
+  input.scene = "scene.glb";
+  input.files[input.scene] = path;
+  pipeline::StageClock clock;
+  const Progress silent;
+  auto prepared = pipeline::prepare(options, input, clock, silent);
+  if (!prepared.ok()) {
+    std::fprintf(stderr, "%s\n", prepared.status().to_string().c_str());
+    return 3;
+  }
+  const pipeline::Prepared& p = *prepared;
+  auto places = pipeline::make_places(options, p, clock, silent);
+  if (!places.ok()) {
+    std::fprintf(stderr, "%s\n", places.status().to_string().c_str());
+    return 3;
+  }
+  const auto settings =
+      accuracy::settings_for(options.target_error, pipeline::measure_for_settings(p, *places),
+                             options.seed, number("--effort", 1));
+  auto bake = pipeline::bake_light(options, p, *places, settings, clock, silent);
+  const auto pages = lightmap::make_pages(places->layout, places->texels, bake->baked.irradiance);
+  for (const auto& stage : clock.stages()) {
+    std::printf("%-10s %7.3f s  %7.3f CPU s  %5.0f MB\n", stage.name.c_str(), stage.seconds,
+                stage.cpu_seconds, static_cast<double>(stage.peak_bytes) / 1e6);
+  }
+  const auto& counts = bake->baked.counts;
+  std::printf(
+      "triangles %zu elements %llu edge %.4g links %llu iterations %d residual %.2g mean %.5g\n",
+      p.scene->triangles.size(), static_cast<unsigned long long>(bake->radiosity.elements),
+      bake->element_edge, static_cast<unsigned long long>(bake->radiosity.links),
+      bake->radiosity.iterations, bake->radiosity.residual, bake->mean_irradiance);
+  std::printf(
+      "pages %zu charts %zu texels %zu density %.4g computed %.3f refined %.3f hemisphere %.1f M "
+      "deeper %.2f M\n",
+      places->layout.pages.size(), places->layout.charts.size(), places->texels.texels.size(),
+      places->layout.texels_per_metre,
+      static_cast<double>(counts.computed_texels) / static_cast<double>(counts.texels),
+      static_cast<double>(counts.refined_texels) / static_cast<double>(counts.texels),
+      static_cast<double>(counts.rays.hemisphere) * 1e-6,
+      static_cast<double>(counts.deeper_gathers) * 1e-6);
+  double squares = 0, mean = 0, bias = 0, worst = 0;
+  std::size_t used = 0;
+  std::vector<double> errors;
+  for (const Reference& r : points) {
+    const float eps = 1e-4f * p.scene->box.diagonal();
+    const Vec3d local = r.position - p.scene->origin;
+    rays::Ray ray{to_float(local + r.normal * static_cast<double>(eps)), to_float(-r.normal)};
+    ray.t_max = 2 * eps;
+    const rays::Hit hit = p.caster->closest(ray);
+    if (!hit.found()) continue;
+    const Rgb got = lightmap::irradiance_at(places->layout, pages, hit.triangle, hit.u, hit.v);
+    const Rgbd d = to_double(got) - r.irradiance;
+    squares += (d.r * d.r + d.g * d.g + d.b * d.b) / 3;
+    mean += r.irradiance.sum() / 3;
+    bias += d.sum() / 3;
+    errors.push_back(d.sum() / 3);
+    ++used;
+    if (points.size() < 20) {
+      const double relative =
+          r.irradiance.g > 0 ? d.g / r.irradiance.g : static_cast<double>(got.g);
+      worst = std::max(worst, std::fabs(relative));
+      std::printf("  (%8.3f %8.3f %8.3f) want %11.5g got %11.5g  off %8.4f %%\n", r.position.x,
+                  r.position.y, r.position.z, r.irradiance.g, static_cast<double>(got.g),
+                  100 * relative);
+    }
+  }
+  if (used > 0) {
+    const double n = static_cast<double>(used);
+    std::sort(errors.begin(), errors.end(),
+              [](double a, double b) { return std::fabs(a) < std::fabs(b); });
+    std::printf(
+        "points %zu of %zu: relRMSE %.2f %% bias %+.2f %% median %.2f %% p95 %.2f %% worst %.3f %% "
+        "tolerance %.2f %%%s\n",
+        used, points.size(), 100 * std::sqrt(squares / n) / (mean / n), 100 * bias / mean,
+        100 * std::fabs(errors[used / 2]) / (mean / n),
+        100 * std::fabs(errors[used * 95 / 100]) / (mean / n), 100 * worst, 100 * tolerance,
+        points.size() < 20 && worst > tolerance ? "  <-- MISSED" : "");
+  }
+  if (option.contains("--picture")) {
+    for (std::size_t i = 0; i < pages.size(); ++i) {
+      const Bytes png = image::encode_png(lightmap::preview(pages[i]), false);
+      if (!write_file(option["--picture"] + std::to_string(i) + ".png", png).ok()) return 1;
+    }
+  }
+  return 0;
+}
