@@ -1,6 +1,7 @@
 // Stable radix sort by centre, least significant digit first, on three axes at once. Chunks have a
 // fixed number, not one a thread; so every element's place is a function of the input.
 
+#include <algorithm>
 #include <bit>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct Keyed {
 constexpr int kBits = 11;
 constexpr std::size_t kDigits = std::size_t{1} << kBits;
 constexpr std::size_t kSmall = 16384;
+constexpr std::size_t kAhead = 16;
 
 /// Unsigned order of the result is the order of the floats.
 std::uint32_t ordered_bits(float value) {
@@ -57,10 +59,15 @@ class Presort {
         [&](std::size_t axis, std::size_t place, const Keyed& k) { pairs_[0][axis][place] = k; });
     pass([&](std::size_t axis, std::size_t i) { return pairs_[0][axis][i]; }, kBits,
          [&](std::size_t axis, std::size_t place, const Keyed& k) { pairs_[1][axis][place] = k; });
-    pass([&](std::size_t axis, std::size_t i) { return pairs_[1][axis][i]; }, 2 * kBits,
-         [&](std::size_t axis, std::size_t place, const Keyed& k) {
-           lists_[axis][place] = make_record(boxes_[k.id], k.id);
-         });
+    pass(
+        [&](std::size_t axis, std::size_t i) {
+          __builtin_prefetch(&boxes_[pairs_[1][axis][std::min(i + kAhead, boxes_.size() - 1)].id]);
+          return pairs_[1][axis][i];
+        },
+        2 * kBits,
+        [&](std::size_t axis, std::size_t place, const Keyed& k) {
+          lists_[axis][place] = make_record(boxes_[k.id], k.id);
+        });
   }
 
  private:

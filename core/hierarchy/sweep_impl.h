@@ -47,8 +47,8 @@ struct SweepContext {
 
 /// Offers every position strictly inside r[0, count), which begins at position `first` of its node;
 /// `before` and `after` are the boxes of what lies outside. Returns the box of all.
-LB_INLINE void sweep_inside(const Record* r, std::uint32_t count, std::uint32_t first, V8f before,
-                            V8f after, const SweepContext& context, Split& best) {
+LB_INLINE V8f sweep_inside(const Record* r, std::uint32_t count, std::uint32_t first, V8f before,
+                           V8f after, const SweepContext& context, Split& best) {
   V4f right[kLargeBlock + 4];
   V8f box = after;
   for (std::uint32_t j = count - 1; j > 0; --j) {
@@ -56,6 +56,7 @@ LB_INLINE void sweep_inside(const Record* r, std::uint32_t count, std::uint32_t 
     right[j] = negated_extent(box);
   }
   for (std::uint32_t j = count; j < count + 3; ++j) right[j] = V4f{};
+  const V8f all = unite(load_box(r), box);
   box = before;
   const V4i steps{0, 1, 2, 3};
   for (std::uint32_t j = 1; j < count; j += 4) {
@@ -78,6 +79,41 @@ LB_INLINE void sweep_inside(const Record* r, std::uint32_t count, std::uint32_t 
       best.offer(cost[i], context.axis, k + i, tie_rank(k + i, context.n));
     }
   }
+  return all;
+}
+
+/// The costs of all positions of a small list: cost[j / 4][i] is that of position j + i, NaN beyond
+/// the last. Lowers `least`; returns the box.
+LB_INLINE V8f whole_costs(const Record* r, std::uint32_t n, V4f* cost, V4f& least) {
+  V4f right[kWholeSweep + 4];
+  V8f box = load_box(r + n - 1);
+  right[n - 1] = negated_extent(box);
+  for (std::uint32_t j = n - 2; j > 0; --j) {
+    box = unite(load_box(r + j), box);
+    right[j] = negated_extent(box);
+  }
+  const V8f all = unite(load_box(r), box);
+  // Positions beyond the last one never compare as less.
+  for (std::uint32_t j = n; j < n + 3; ++j) right[j] = infinite4() - infinite4();
+  box = load_box(r);
+  V4i on_left{1, 2, 3, 4};
+  V4i on_right = static_cast<std::int32_t>(n) - on_left;
+  for (std::uint32_t j = 1; j < n; j += 4) {
+    V4f left[4];
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      left[i] = negated_extent(box);
+      box = unite(load_box(r + std::min(j + i, n - 1)), box);
+    }
+    const V4f left_area = areas_of(left[0], left[1], left[2], left[3]);
+    const V4f right_area = areas_of(right[j], right[j + 1], right[j + 2], right[j + 3]);
+    const V4f sum = left_area * __builtin_convertvector(on_left, V4f) +
+                    right_area * __builtin_convertvector(on_right, V4f);
+    cost[j / 4] = sum;
+    least = sum < least ? sum : least;
+    on_left += 4;
+    on_right -= 4;
+  }
+  return all;
 }
 
 class Sweep {
@@ -131,12 +167,7 @@ class Sweep {
           task.count <= kWholeSweep ? sweep_whole(task, box) : sweep_blocks(task, blocks, box);
       write_node(task, box);
       std::array<Task, 2> children = children_of(task, split);
-      const Record edge = list(task, split.axis)[split.position];
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (axis == split.axis) continue;
-        partition(task, split, edge, axis);
-        children[1].side[axis] ^= 1u;
-      }
+      partition(task, split, children);
       stack[size++] = children[1];
       stack[size++] = children[0];
     }
@@ -154,8 +185,11 @@ class Sweep {
   }
 
   void write_node(const Task& task, V8f box) {
-    tree_.nodes[task.place] = {
-        {box[0], box[1], box[2]}, task.begin, {-box[4], -box[5], -box[6]}, task.count};
+    const V8f planes = __builtin_shufflevector(box, -box, 0, 1, 2, 3, 12, 13, 14, 15);
+    TreeNode& node = tree_.nodes[task.place];
+    store_box(&node, planes);
+    node.first = task.begin;
+    node.count = task.count;
   }
   void write_leaf(const Record& record, std::uint32_t begin, std::uint32_t place) {
     tree_.primitives[begin] = record.id();
@@ -173,15 +207,34 @@ class Sweep {
   }
 
   Split sweep_whole(const Task& task, V8f& box) const {
-    Split best = Split::middle(task.count);
-    const PositionRange range = allowed_positions(task.count, task.depth);
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      sweep_inside(list(task, axis), task.count, 0, empty_box(), empty_box(),
-                   {task.count, axis, range}, best);
+    const std::uint32_t n = task.count;
+    const PositionRange range = allowed_positions(n, task.depth);
+    Split best = Split::middle(n);
+    if (range.first > 1) {  // so deep that not every position is allowed
+      for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        box =
+            sweep_inside(list(task, axis), n, 0, empty_box(), empty_box(), {n, axis, range}, best);
+      }
+      return best;
     }
-    const Record* r = list(task, 0);
-    box = load_box(r);
-    for (std::uint32_t k = 1; k < task.count; ++k) box = unite(load_box(r + k), box);
+    // All costs first, then the least, then who has it: no branch depends on single costs.
+    V4f cost[3][kWholeSweep / 4 + 1];
+    V4f least = infinite4();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box = whole_costs(list(task, axis), n, cost[axis], least);
+    }
+    best.cost = least_of(least);
+    if (!(best.cost < std::numeric_limits<float>::infinity())) return Split::middle(n);
+    best.rank = n;
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      for (std::uint32_t j = 1; j < n; j += 4) {
+        unsigned mask = mask4(cost[axis][j / 4] == best.cost);
+        for (; mask != 0; mask &= mask - 1) {
+          const std::uint32_t k = j + static_cast<std::uint32_t>(std::countr_zero(mask));
+          best.offer(best.cost, axis, k, tie_rank(k, n));
+        }
+      }
+    }
     return best;
   }
 
@@ -261,23 +314,54 @@ class Sweep {
                  load_box(&blocks.suffix[b + 1]), {n, axis, range}, best);
   }
 
-  /// Whether a record goes to the left: it comes before `edge`, the first one on the right, in the
-  /// order of the split axis.
-  LB_INLINE static bool goes_left(const Record& r, const Record& edge, std::uint32_t axis) {
-    const float key = r.key(axis), limit = edge.key(axis);
-    return (key < limit) | ((key == limit) & (r.tagged_id < edge.tagged_id));
+  /// Moves r[0, count) to the two outputs, stably, without a branch on the outcome: a record goes
+  /// to the left if it comes before `edge`, the first one on the right, in the order of the axis.
+  template <bool kTies>
+  static void distribute(const Record* r, std::size_t count, const Record& edge, std::uint32_t axis,
+                         Record* left, Record* right) {
+    const float limit = edge.key(axis);
+    auto to = reinterpret_cast<std::uintptr_t>(left);
+    auto other = reinterpret_cast<std::uintptr_t>(right);
+    for (std::size_t k = 0; k < count; ++k) {
+      const float key = r[k].key(axis);
+      bool to_left = key < limit;
+      if constexpr (kTies) to_left |= (key == limit) & (r[k].tagged_id < edge.tagged_id);
+      const std::uintptr_t mask = std::uintptr_t{0} - static_cast<std::uintptr_t>(to_left);
+      const std::uintptr_t target = other ^ ((to ^ other) & mask);
+      store_box(reinterpret_cast<Record*>(target), load_box(r + k));
+      to += sizeof(Record) & mask;
+      other += sizeof(Record) & ~mask;
+    }
+  }
+  template <bool kTies>
+  static std::uint32_t count_left(const Record* r, std::size_t count, const Record& edge,
+                                  std::uint32_t axis) {
+    const float limit = edge.key(axis);
+    std::uint32_t sum = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const float key = r[k].key(axis);
+      bool to_left = key < limit;
+      if constexpr (kTies) to_left |= (key == limit) & (r[k].tagged_id < edge.tagged_id);
+      sum += to_left;
+    }
+    return sum;
   }
 
   /// Left in place, right into the other buffer.
-  void partition(const Task& task, const Split& split, const Record& edge, std::size_t axis) const {
-    Record* r = list(task, axis);
-    Record* left = r;
-    Record* right = lists_.buffer[task.side[axis] ^ 1u][axis] + task.begin + split.position;
-    for (std::uint32_t k = 0; k < task.count; ++k) {
-      const bool to_left = goes_left(r[k], edge, split.axis);
-      store_box(to_left ? left : right, load_box(r + k));
-      left += to_left;
-      right += !to_left;
+  void partition(const Task& task, const Split& split, std::array<Task, 2>& children) const {
+    const Record* by = list(task, split.axis) + split.position;
+    const Record edge = *by;
+    const bool ties = by[-1].key(split.axis) == edge.key(split.axis);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (axis == split.axis) continue;
+      children[1].side[axis] ^= 1u;
+      Record* r = list(task, axis);
+      Record* right = list(children[1], axis);
+      if (ties) {
+        distribute<true>(r, task.count, edge, split.axis, r, right);
+      } else {
+        distribute<false>(r, task.count, edge, split.axis, r, right);
+      }
     }
   }
 
@@ -325,7 +409,9 @@ class Sweep {
         merge);
     write_node(task, load_box(&blocks[0].suffix[0]));
     children = children_of(task, best);
-    const Record edge = list(task, best.axis)[best.position];
+    const Record* by = list(task, best.axis) + best.position;
+    const Record edge = *by;
+    const bool ties = by[-1].key(best.axis) == edge.key(best.axis);
     std::vector<std::uint32_t> lefts(3 * chunks + 1, 0);
     const auto each_chunk = [&](auto body) {
       parallel_for(3 * chunks, 1, [&](std::size_t i, std::size_t) {
@@ -335,7 +421,8 @@ class Sweep {
       });
     };
     each_chunk([&](std::size_t i, const Record* r, std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) lefts[i] += goes_left(r[k], edge, best.axis);
+      lefts[i] = ties ? count_left<true>(r + begin, end - begin, edge, best.axis)
+                      : count_left<false>(r + begin, end - begin, edge, best.axis);
     });
     for (std::size_t axis = 0; axis < 3; ++axis) {
       std::uint32_t sum = 0;
@@ -350,11 +437,10 @@ class Sweep {
       Record* left = lists_.buffer[task.side[axis] ^ 1u][axis] + task.begin + lefts[i];
       Record* right = lists_.buffer[task.side[axis] ^ 1u][axis] + task.begin + best.position +
                       (begin - lefts[i]);
-      for (std::size_t k = begin; k < end; ++k) {
-        const bool to_left = goes_left(r[k], edge, best.axis);
-        store_box(to_left ? left : right, load_box(r + k));
-        left += to_left;
-        right += !to_left;
+      if (ties) {
+        distribute<true>(r + begin, end - begin, edge, best.axis, left, right);
+      } else {
+        distribute<false>(r + begin, end - begin, edge, best.axis, left, right);
       }
     });
   }

@@ -51,3 +51,11 @@ LB_INLINE unsigned mask4(V4i v) {
   return mask;
 }
 #endif
+LB_INLINE V4f infinite4() {
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  return V4f{kInf, kInf, kInf, kInf};
+}
+LB_INLINE float least_of(V4f v) {
+  const float a = v[0] < v[1] ? v[0] : v[1], b = v[2] < v[3] ? v[2] : v[3];
+  return a < b ? a : b;
+}
