@@ -82,36 +82,43 @@ LB_INLINE V8f sweep_inside(const Record* r, std::uint32_t count, std::uint32_t f
   return all;
 }
 
-/// The costs of all positions of a small list: cost[j / 4][i] is that of position j + i, NaN beyond
-/// the last. Lowers `least`; returns the box.
-LB_INLINE V8f whole_costs(const Record* r, std::uint32_t n, V4f* cost, V4f& least) {
-  V4f right[kWholeSweep + 4];
-  V8f box = load_box(r + n - 1);
-  right[n - 1] = negated_extent(box);
-  for (std::uint32_t j = n - 2; j > 0; --j) {
-    box = unite(load_box(r + j), box);
-    right[j] = negated_extent(box);
+/// The costs of all positions of three small lists, side by side: cost[j / 4][axis][i] is that of
+/// position j + i, NaN beyond the last. Lowers `least`; returns the box.
+LB_INLINE V8f whole_costs(const std::array<const Record*, 3>& r, std::uint32_t n, V4f (*cost)[3],
+                          V4f& least) {
+  V4f right[3][kWholeSweep + 4];
+  V8f box[3];
+  for (std::size_t a = 0; a < 3; ++a) {
+    box[a] = load_box(r[a] + n - 1);
+    right[a][n - 1] = negated_extent(box[a]);
+    // Positions beyond the last one never compare as less.
+    for (std::uint32_t j = n; j < n + 3; ++j) right[a][j] = infinite4() - infinite4();
   }
-  const V8f all = unite(load_box(r), box);
-  // Positions beyond the last one never compare as less.
-  for (std::uint32_t j = n; j < n + 3; ++j) right[j] = infinite4() - infinite4();
-  box = load_box(r);
-  V4i on_left{1, 2, 3, 4};
-  V4i on_right = static_cast<std::int32_t>(n) - on_left;
-  for (std::uint32_t j = 1; j < n; j += 4) {
-    V4f left[4];
-    for (std::uint32_t i = 0; i < 4; ++i) {
-      left[i] = negated_extent(box);
-      box = unite(load_box(r + std::min(j + i, n - 1)), box);
+  for (std::uint32_t j = n - 2; j > 0; --j) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      box[a] = unite(load_box(r[a] + j), box[a]);
+      right[a][j] = negated_extent(box[a]);
     }
-    const V4f left_area = areas_of(left[0], left[1], left[2], left[3]);
-    const V4f right_area = areas_of(right[j], right[j + 1], right[j + 2], right[j + 3]);
-    const V4f sum = left_area * __builtin_convertvector(on_left, V4f) +
-                    right_area * __builtin_convertvector(on_right, V4f);
-    cost[j / 4] = sum;
-    least = sum < least ? sum : least;
+  }
+  const V8f all = unite(load_box(r[0]), box[0]);
+  for (std::size_t a = 0; a < 3; ++a) box[a] = load_box(r[a]);
+  V4i on_left{1, 2, 3, 4};
+  for (std::uint32_t j = 1; j < n; j += 4) {
+    const V4f many_left = __builtin_convertvector(on_left, V4f);
+    const V4f many_right = __builtin_convertvector(static_cast<std::int32_t>(n) - on_left, V4f);
     on_left += 4;
-    on_right -= 4;
+    for (std::size_t a = 0; a < 3; ++a) {
+      V4f left[4];
+      for (std::uint32_t i = 0; i < 4; ++i) {
+        left[i] = negated_extent(box[a]);
+        box[a] = unite(load_box(r[a] + std::min(j + i, n - 1)), box[a]);
+      }
+      const V4f sum =
+          areas_of(left[0], left[1], left[2], left[3]) * many_left +
+          areas_of(right[a][j], right[a][j + 1], right[a][j + 2], right[a][j + 3]) * many_right;
+      cost[j / 4][a] = sum;
+      least = sum < least ? sum : least;
+    }
   }
   return all;
 }
@@ -218,17 +225,15 @@ class Sweep {
       return best;
     }
     // All costs first, then the least, then who has it: no branch depends on single costs.
-    V4f cost[3][kWholeSweep / 4 + 1];
+    V4f cost[kWholeSweep / 4 + 1][3];
     V4f least = infinite4();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box = whole_costs(list(task, axis), n, cost[axis], least);
-    }
+    box = whole_costs({list(task, 0), list(task, 1), list(task, 2)}, n, cost, least);
     best.cost = least_of(least);
     if (!(best.cost < std::numeric_limits<float>::infinity())) return Split::middle(n);
     best.rank = n;
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      for (std::uint32_t j = 1; j < n; j += 4) {
-        unsigned mask = mask4(cost[axis][j / 4] == best.cost);
+    for (std::uint32_t j = 1; j < n; j += 4) {
+      for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        unsigned mask = mask4(cost[j / 4][axis] == best.cost);
         for (; mask != 0; mask &= mask - 1) {
           const std::uint32_t k = j + static_cast<std::uint32_t>(std::countr_zero(mask));
           best.offer(best.cost, axis, k, tie_rank(k, n));
@@ -347,21 +352,50 @@ class Sweep {
     return sum;
   }
 
+  /// Two lists at once, so that the processor has more to do at a time.
+  template <bool kTies>
+  static void distribute_two(std::array<Record*, 2> lists, std::array<Record*, 2> right_lists,
+                             std::size_t count, const Record& edge, std::uint32_t axis) {
+    const float limit = edge.key(axis);
+    const Record* a = lists[0];
+    const Record* b = lists[1];
+    auto to_a = reinterpret_cast<std::uintptr_t>(lists[0]);
+    auto to_b = reinterpret_cast<std::uintptr_t>(lists[1]);
+    auto other_a = reinterpret_cast<std::uintptr_t>(right_lists[0]);
+    auto other_b = reinterpret_cast<std::uintptr_t>(right_lists[1]);
+    for (std::size_t k = 0; k < count; ++k) {
+      const float key_a = a[k].key(axis), key_b = b[k].key(axis);
+      bool left_a = key_a < limit, left_b = key_b < limit;
+      if constexpr (kTies) {
+        left_a |= (key_a == limit) & (a[k].tagged_id < edge.tagged_id);
+        left_b |= (key_b == limit) & (b[k].tagged_id < edge.tagged_id);
+      }
+      const std::uintptr_t mask_a = std::uintptr_t{0} - static_cast<std::uintptr_t>(left_a);
+      const std::uintptr_t mask_b = std::uintptr_t{0} - static_cast<std::uintptr_t>(left_b);
+      store_box(reinterpret_cast<Record*>(other_a ^ ((to_a ^ other_a) & mask_a)), load_box(a + k));
+      store_box(reinterpret_cast<Record*>(other_b ^ ((to_b ^ other_b) & mask_b)), load_box(b + k));
+      to_a += sizeof(Record) & mask_a;
+      to_b += sizeof(Record) & mask_b;
+      other_a += sizeof(Record) & ~mask_a;
+      other_b += sizeof(Record) & ~mask_b;
+    }
+  }
+
   /// Left in place, right into the other buffer.
   void partition(const Task& task, const Split& split, std::array<Task, 2>& children) const {
     const Record* by = list(task, split.axis) + split.position;
     const Record edge = *by;
-    const bool ties = by[-1].key(split.axis) == edge.key(split.axis);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (axis == split.axis) continue;
+    std::array<Record*, 2> lists, right;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::size_t axis = (split.axis + 1 + i) % 3;
       children[1].side[axis] ^= 1u;
-      Record* r = list(task, axis);
-      Record* right = list(children[1], axis);
-      if (ties) {
-        distribute<true>(r, task.count, edge, split.axis, r, right);
-      } else {
-        distribute<false>(r, task.count, edge, split.axis, r, right);
-      }
+      lists[i] = list(task, axis);
+      right[i] = list(children[1], axis);
+    }
+    if (by[-1].key(split.axis) == edge.key(split.axis)) {
+      distribute_two<true>(lists, right, task.count, edge, split.axis);
+    } else {
+      distribute_two<false>(lists, right, task.count, edge, split.axis);
     }
   }
 
