@@ -35,54 +35,73 @@ void convert_element(const Layout& layout, const std::byte* from, float* to) {
   }
 }
 
-template <typename T>
+/// Converts the elements at(0), at(1)... at(count - 1); sparse values are looked up for each.
+template <typename T, typename At>
 void convert_all(const Document& document, std::uint32_t accessor, const Elements& elements,
-                 std::vector<float>& out) {
+                 std::size_t count, At at, std::vector<float>& out) {
   const Layout& layout = elements.layout;
-  if (elements.data != nullptr) {
-    for (std::uint64_t i = 0; i < layout.count; ++i) {
-      convert_element<T>(layout, elements.data + i * elements.stride,
-                         out.data() + i * layout.components);
-    }
+  const SparseLookup sparse(document, accessor, layout);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t element = at(i);
+    const std::byte* from = sparse.find(element);
+    if (from == nullptr && elements.data != nullptr)
+      from = elements.data + element * elements.stride;
+    if (from != nullptr) convert_element<T>(layout, from, out.data() + i * layout.components);
   }
-  for_each_sparse(document, accessor, layout, [&](std::uint32_t index, const std::byte* value) {
-    convert_element<T>(layout, value, out.data() + std::size_t{index} * layout.components);
-  });
 }
 
-void convert(const Document& document, std::uint32_t accessor, const Elements& elements,
-             std::vector<float>& out) {
+template <typename At>
+Result<Values> convert(const Document& document, std::uint32_t accessor, const Elements& elements,
+                       std::size_t count, At at) {
+  Values values;
+  values.components = static_cast<int>(elements.layout.components);
+  values.data.resize(count * elements.layout.components);
+  std::vector<float>& out = values.data;
   switch (elements.layout.component_type) {
     case 5120:
-      return convert_all<std::int8_t>(document, accessor, elements, out);
+      convert_all<std::int8_t>(document, accessor, elements, count, at, out);
+      break;
     case 5121:
-      return convert_all<std::uint8_t>(document, accessor, elements, out);
+      convert_all<std::uint8_t>(document, accessor, elements, count, at, out);
+      break;
     case 5122:
-      return convert_all<std::int16_t>(document, accessor, elements, out);
+      convert_all<std::int16_t>(document, accessor, elements, count, at, out);
+      break;
     case 5123:
-      return convert_all<std::uint16_t>(document, accessor, elements, out);
+      convert_all<std::uint16_t>(document, accessor, elements, count, at, out);
+      break;
     case 5125:
-      return convert_all<std::uint32_t>(document, accessor, elements, out);
+      convert_all<std::uint32_t>(document, accessor, elements, count, at, out);
+      break;
     default:
-      return convert_all<float>(document, accessor, elements, out);
+      convert_all<float>(document, accessor, elements, count, at, out);
+      break;
   }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (std::isfinite(out[i])) continue;
+    return malformed(accessor_place(document, accessor),
+                     "element " + std::to_string(at(i / elements.layout.components)) +
+                         " of the accessor is not finite");
+  }
+  return values;
 }
 
 }  // namespace
 
 Result<Values> read_values(const Document& document, std::uint32_t accessor) {
   LB_ASSIGN_OR_RETURN(const Elements elements, elements_of(document, accessor));
-  Values values;
-  values.components = static_cast<int>(elements.layout.components);
-  values.data.resize(elements.layout.count * elements.layout.components);
-  convert(document, accessor, elements, values.data);
-  for (std::size_t i = 0; i < values.data.size(); ++i) {
-    if (std::isfinite(values.data[i])) continue;
-    return malformed(accessor_place(document, accessor),
-                     "element " + std::to_string(i / elements.layout.components) +
-                         " of the accessor is not finite");
+  return convert(document, accessor, elements, elements.layout.count,
+                 [](std::size_t i) { return i; });
+}
+
+Result<Values> read_elements(const Document& document, std::uint32_t accessor,
+                             std::span<const std::uint32_t> wanted) {
+  LB_ASSIGN_OR_RETURN(const Elements elements, elements_of(document, accessor));
+  for (const std::uint32_t element : wanted) {
+    LB_CHECK(element < elements.layout.count, "the caller has checked the elements it asks for");
   }
-  return values;
+  return convert(document, accessor, elements, wanted.size(),
+                 [wanted](std::size_t i) { return wanted[i]; });
 }
 
 Result<std::vector<std::uint32_t>> read_indices(const Document& document, std::uint32_t accessor) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/gltf/document.h"
@@ -19,6 +20,10 @@ struct Values {
 
 /// INPUT_MALFORMED when a value is not finite (the place names the accessor).
 Result<Values> read_values(const Document& document, std::uint32_t accessor);
+
+/// The same for some elements only, in the order asked for; each below the accessor's count.
+Result<Values> read_elements(const Document& document, std::uint32_t accessor,
+                             std::span<const std::uint32_t> elements);
 
 /// Unsigned integers (indices, joints); INPUT_MALFORMED when the accessor is not of an unsigned
 /// scalar type.

@@ -43,6 +43,33 @@ Result<Elements> elements_of(const Document& document, std::uint32_t accessor) {
   return elements;
 }
 
+SparseLookup::SparseLookup(const Document& document, std::uint32_t accessor, const Layout& layout) {
+  const Json& json = document.json["accessors"][accessor];
+  const auto sparse = json.find("sparse");
+  if (sparse == json.end()) return;
+  indices_ = view_data(document, (*sparse)["indices"]);
+  values_ = view_data(document, (*sparse)["values"]);
+  index_bytes_ = component_bytes((*sparse)["indices"]["componentType"].get<std::uint32_t>());
+  value_bytes_ = layout.element_bytes;
+  count_ = (*sparse)["count"].get<std::uint64_t>();
+}
+
+const std::byte* SparseLookup::find(std::uint64_t element) const {
+  std::uint64_t low = 0;
+  std::uint64_t high = count_;
+  while (low < high) {
+    const std::uint64_t middle = low + (high - low) / 2;
+    const std::uint64_t index = load_unsigned(indices_ + middle * index_bytes_, index_bytes_);
+    if (index == element) return values_ + middle * value_bytes_;
+    if (index < element) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return nullptr;
+}
+
 std::uint32_t largest_index(const Document& document, std::uint32_t accessor) {
   const Result<Elements> elements = elements_of(document, accessor);
   if (!elements.ok()) return 0;

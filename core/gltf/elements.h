@@ -58,6 +58,21 @@ void for_each_sparse(const Document& document, std::uint32_t accessor, const Lay
   }
 }
 
+/// Finds the sparse replacement of an element, by bisection.
+class SparseLookup {
+ public:
+  SparseLookup(const Document& document, std::uint32_t accessor, const Layout& layout);
+  /// nullptr when the element is not replaced.
+  const std::byte* find(std::uint64_t element) const;
+
+ private:
+  const std::byte* indices_ = nullptr;
+  const std::byte* values_ = nullptr;
+  std::uint32_t index_bytes_ = 0;
+  std::uint32_t value_bytes_ = 0;
+  std::uint64_t count_ = 0;
+};
+
 /// The largest value of an accessor of unsigned scalars.
 std::uint32_t largest_index(const Document& document, std::uint32_t accessor);
 

@@ -10,6 +10,7 @@ namespace lightbatch::scene_in {
 /// Instances are expanded; skinned, morphing and animated nodes (and what hangs below animated
 /// ones), LINES and POINTS are listed in Scene::skipped. Textures whose pixels matter to light
 /// (base colour, emission, metallic, transmission, alpha) are decoded.
-Result<scene::Scene> read_scene(const gltf::Document& document, const gltf::ReadLimits& limits = {});
+Result<scene::Scene> read_scene(const gltf::Document& document,
+                                const gltf::ReadLimits& limits = {});
 
 }  // namespace lightbatch::scene_in

@@ -1,0 +1,84 @@
+#include "core/scene_in/lights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "core/gltf/fields.h"
+
+namespace lightbatch::scene_in {
+namespace {
+
+constexpr double kLargestIntensity = 1e30;  // candela or lux; keeps every product of light finite
+
+/// Spot angles with 0 <= inner < outer <= pi/2, as the extension demands; false when mended.
+bool set_cone(const tinygltf::SpotLight& spot, scene::Light& light) {
+  constexpr double kHalfPi = std::numbers::pi / 2;
+  const double outer = std::clamp(spot.outerConeAngle, 1e-3, kHalfPi);
+  const double inner = std::clamp(spot.innerConeAngle, 0.0, outer);
+  light.cos_inner = std::cos(inner);
+  light.cos_outer = std::cos(outer);
+  return outer == spot.outerConeAngle && inner == spot.innerConeAngle && inner < outer;
+}
+
+bool set_light(const tinygltf::Light& source, scene::Light& light) {
+  bool good = true;
+  const auto clamp = [&good](double value, double low, double high) {
+    const double clamped = std::clamp(value, low, high);
+    good = good && clamped == value;
+    return clamped;
+  };
+  const double intensity = clamp(source.intensity, 0, kLargestIntensity);
+  const auto channel = [&](std::size_t i) {
+    return i < source.color.size() ? clamp(source.color[i], 0, 1) * intensity : intensity;
+  };
+  light.intensity = to_float(Rgbd{channel(0), channel(1), channel(2)});
+  light.range =
+      light.kind == scene::LightKind::kDirectional ? 0 : clamp(source.range, 0, kLargestIntensity);
+  if (light.kind == scene::LightKind::kSpot) good = set_cone(source.spot, light) && good;
+  return good;
+}
+
+}  // namespace
+
+void read_lights(const gltf::Document& document, const tinygltf::Model& model, const NodeTree& tree,
+                 scene::Scene& scene) {
+  for (const PlacedNode& placed : tree.placed) {
+    const gltf::Json& node = document.json["nodes"][placed.node];
+    const gltf::Json* found = gltf::extension_of(node, "KHR_lights_punctual");
+    if (found == nullptr) continue;
+    scene::Light light;
+    light.node = placed.node;
+    light.gltf_index = gltf::index_field(*found, "light");
+    const tinygltf::Light& source = model.lights[light.gltf_index];
+    const std::string place = document.name + "#/extensions/KHR_lights_punctual/lights/" +
+                              std::to_string(light.gltf_index);
+    if (source.type == "point") {
+      light.kind = scene::LightKind::kPoint;
+    } else if (source.type == "spot") {
+      light.kind = scene::LightKind::kSpot;
+    } else if (source.type == "directional") {
+      light.kind = scene::LightKind::kDirectional;
+    } else {
+      scene.warnings.push_back(place + ": unknown type of light, left out");
+      continue;
+    }
+    if (placed.animated) {
+      scene.skipped.push_back({.node = placed.node, .reason = "animated"});
+      scene.warnings.push_back(place + ": a moving light is not baked");
+      continue;
+    }
+    light.name = source.name.empty() ? gltf::text_field(node, "name") : source.name;
+    if (!set_light(source, light)) {
+      scene.warnings.push_back(place + ": a value was out of its range and is clamped");
+    }
+    const Affine& world = tree.world[placed.node];
+    light.position = world.t - scene.origin;
+    light.direction = normalized(world.vector({0, 0, -1}));
+    if (length(light.direction) == 0) light.direction = {0, 0, -1};
+    scene.lights.push_back(light);
+  }
+}
+
+}  // namespace lightbatch::scene_in

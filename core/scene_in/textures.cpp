@@ -1,0 +1,165 @@
+#include "core/scene_in/textures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/base/parallel.h"
+#include "core/image/codecs.h"
+
+namespace lightbatch::scene_in {
+namespace {
+
+/// Images decoded at a time; fixed, so that the memory rule gives the same result on any number of
+/// threads.
+constexpr std::size_t kBatch = 4;
+
+scene::Wrap wrap_of(int value) {
+  switch (value) {
+    case 33071:
+      return scene::Wrap::kClamp;
+    case 33648:
+      return scene::Wrap::kMirror;
+    default:
+      return scene::Wrap::kRepeat;
+  }
+}
+
+/// KHR_texture_transform: scale, then rotate, then offset. Rotation is counter-clockwise as seen on
+/// the image (v points down), which is what the extension's own example and viewers do.
+void set_transform(const tinygltf::Value& transform, scene::TextureSlot& slot) {
+  const double rotation = number(transform, "rotation", 0);
+  const double c = std::cos(rotation);
+  const double s = std::sin(rotation);
+  const double su = number(transform, "scale", 0, 1);
+  const double sv = number(transform, "scale", 1, 1);
+  slot.m00 = static_cast<float>(c * su);
+  slot.m01 = static_cast<float>(s * sv);
+  slot.m10 = static_cast<float>(-s * su);
+  slot.m11 = static_cast<float>(c * sv);
+  slot.tu = static_cast<float>(number(transform, "offset", 0, 0));
+  slot.tv = static_cast<float>(number(transform, "offset", 1, 0));
+}
+
+bool is_finite_slot(const scene::TextureSlot& slot) {
+  return std::isfinite(slot.m00) && std::isfinite(slot.m01) && std::isfinite(slot.m10) &&
+         std::isfinite(slot.m11) && std::isfinite(slot.tu) && std::isfinite(slot.tv);
+}
+
+std::vector<scene::TextureSlot*> slots_of(scene::Material& material) {
+  return {&material.base_color_texture, &material.metallic_texture, &material.emission_texture,
+          &material.transmission_texture};
+}
+
+}  // namespace
+
+TextureReader::TextureReader(const gltf::Document& document, const tinygltf::Model& model,
+                             const gltf::ReadLimits& limits)
+    : document_(document), model_(model), limits_(limits) {}
+
+std::uint32_t TextureReader::image_of(const tinygltf::Texture& texture) const {
+  // WebP is decoded here, so it comes before the core image; Basis and DDS are not, so they come
+  // last, to say what could not be read.
+  double source = texture.source;
+  if (const auto* webp = extension(texture.extensions, "EXT_texture_webp")) {
+    source = number(*webp, "source", source);
+  }
+  for (const char* name : {"KHR_texture_basisu", "MSFT_texture_dds"}) {
+    const auto* other = extension(texture.extensions, name);
+    if (source < 0 && other != nullptr) source = number(*other, "source", source);
+  }
+  return source < 0 ? scene::kNone : static_cast<std::uint32_t>(source);
+}
+
+scene::TextureSlot TextureReader::make(int texture, double texcoord,
+                                       const tinygltf::Value* transform, const std::string& place) {
+  scene::TextureSlot slot;
+  if (texture < 0) return slot;
+  const tinygltf::Texture& source = model_.textures[static_cast<std::size_t>(texture)];
+  if (transform != nullptr) {
+    set_transform(*transform, slot);
+    texcoord = number(*transform, "texCoord", texcoord);
+  }
+  if (texcoord > 1 || !is_finite_slot(slot)) {
+    warnings_.push_back(place + ": texture left out: only TEXCOORD_0 and TEXCOORD_1 are read");
+    ++not_decoded_;
+    return {};
+  }
+  slot.uv_set = texcoord == 1 ? 1 : 0;
+  if (source.sampler >= 0) {
+    const tinygltf::Sampler& sampler = model_.samplers[static_cast<std::size_t>(source.sampler)];
+    slot.wrap_u = wrap_of(sampler.wrapS);
+    slot.wrap_v = wrap_of(sampler.wrapT);
+  }
+  slot.image = image_of(source);
+  if (slot.image == scene::kNone) {
+    warnings_.push_back(place + ": texture without an image; its factor is used");
+    ++not_decoded_;
+  }
+  return slot;
+}
+
+scene::TextureSlot TextureReader::slot(int texture, int texcoord,
+                                       const tinygltf::ExtensionMap& extensions,
+                                       const std::string& place) {
+  return make(texture, texcoord, extension(extensions, "KHR_texture_transform"), place);
+}
+
+scene::TextureSlot TextureReader::slot(const tinygltf::Value& owner, const char* name,
+                                       const std::string& place) {
+  if (!owner.Has(name)) return {};
+  const tinygltf::Value& info = owner.Get(name);
+  const tinygltf::Value* transform = nullptr;
+  if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform")) {
+    transform = &info.Get("extensions").Get("KHR_texture_transform");
+  }
+  return make(static_cast<int>(number(info, "index", -1)), number(info, "texCoord", 0), transform,
+              place);
+}
+
+void TextureReader::decode(scene::Scene& scene) {
+  // glTF image index -> index into scene.images, or kNone when it cannot be decoded.
+  std::map<std::uint32_t, std::uint32_t> wanted;
+  for (scene::Material& material : scene.materials) {
+    for (const scene::TextureSlot* slot : slots_of(material)) {
+      if (slot->present()) wanted.emplace(slot->image, scene::kNone);
+    }
+  }
+  std::vector<std::uint32_t> order;
+  for (const auto& [image, place] : wanted) order.push_back(image);
+
+  std::uint64_t pixels_left = limits_.decoded_bytes / 4;
+  for (std::size_t first = 0; first < order.size(); first += kBatch) {
+    const std::size_t count = std::min(kBatch, order.size() - first);
+    const std::uint64_t allowed = std::min(limits_.image_pixels, pixels_left / kBatch);
+    std::vector<Result<image::Image8>> decoded(count, Result<image::Image8>(image::Image8{}));
+    parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t index = order[first + i];
+        decoded[i] = image::decode_image8(
+            document_.images[index], document_.name + "#/images/" + std::to_string(index), allowed);
+      }
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!decoded[i].ok()) {
+        warnings_.push_back("image not decoded, the factor of its textures is used: " +
+                            decoded[i].status().to_string());
+        ++not_decoded_;
+        continue;
+      }
+      image::Image8 pixels = std::move(decoded[i]).value();
+      pixels_left -= pixels.rgba.size() / 4;
+      wanted[order[first + i]] = static_cast<std::uint32_t>(scene.images.size());
+      scene.images.push_back(std::make_shared<const image::Image8>(std::move(pixels)));
+    }
+  }
+  for (scene::Material& material : scene.materials) {
+    for (scene::TextureSlot* slot : slots_of(material)) {
+      if (slot->present()) slot->image = wanted[slot->image];
+    }
+  }
+  scene.counts.textures_not_decoded += not_decoded_;
+  scene.warnings.insert(scene.warnings.end(), warnings_.begin(), warnings_.end());
+}
+
+}  // namespace lightbatch::scene_in
