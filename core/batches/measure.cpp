@@ -1,0 +1,181 @@
+#include "core/batches/measure.h"
+
+#include <algorithm>
+#include <map>
+
+#include "core/base/parallel.h"
+#include "core/batches/views.h"
+
+namespace lightbatch::batches {
+namespace {
+
+constexpr std::uint32_t kInsideViews = 64;
+constexpr std::uint32_t kOutsideViews = 16;
+
+Aabb triangle_box(const scene::Scene& scene, std::uint32_t triangle) {
+  Aabb box;
+  for (const Vec3f& p : scene.corners(triangle)) box.add(p);
+  return box;
+}
+
+/// Adds objects one by one; those drawn by one call share an item.
+class ObjectDraws {
+ public:
+  explicit ObjectDraws(const scene::Scene& scene) : scene_(scene) {}
+  void add(std::uint32_t index) {
+    const scene::Object& object = scene_.objects[index];
+    if (object.triangle_count == 0) return;
+    std::size_t item = items.size();
+    if (object.instance != scene::kNone)
+      item = shared_.try_emplace({object.node, object.primitive}, item).first->second;
+    if (item == items.size()) items.emplace_back();
+    items[item].triangles += object.triangle_count;
+    for (std::uint32_t k = 0; k < object.triangle_count; ++k)
+      items[item].box.add(triangle_box(scene_, object.first_triangle + k));
+  }
+  std::vector<DrawItem> items;
+
+ private:
+  const scene::Scene& scene_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> shared_;
+};
+
+std::uint64_t ideal_triangles(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
+                              const Frustum& frustum) {
+  std::uint64_t count = 0;
+  std::vector<std::uint32_t> stack;
+  if (!tree.is_empty()) stack.push_back(0);
+  while (!stack.empty()) {
+    const std::uint32_t node = stack.back();
+    stack.pop_back();
+    if (frustum.outside(tree.box(node))) continue;
+    if (frustum.holds(tree.box(node))) {
+      count += tree.count(node);
+    } else if (tree.is_leaf(node)) {
+      const auto c = scene.corners(tree.primitive(tree.first(node)));
+      if (!frustum.outside(to_double(c[0]), to_double(c[1]), to_double(c[2]))) ++count;
+    } else {
+      stack.push_back(tree.right(node));
+      stack.push_back(tree.left(node));
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+std::vector<DrawItem> draws_of_input(const scene::Scene& scene) {
+  ObjectDraws draws(scene);
+  for (std::uint32_t o = 0; o < scene.objects.size(); ++o) draws.add(o);
+  return std::move(draws.items);
+}
+
+std::vector<DrawItem> draws_of_plan(const scene::Scene& scene, const BatchPlan& plan) {
+  ObjectDraws left(scene);
+  for (const LeftAlone& alone : plan.left_alone) left.add(alone.object);
+  std::vector<DrawItem> draws = std::move(left.items);
+  for (const Batch& batch : plan.batches)
+    for (const Group& group : batch.groups) draws.push_back({group.box, group.triangles});
+  for (const InstanceCell& cell : plan.cells)
+    for (std::size_t p = 0; p < cell.primitives.size(); ++p)
+      draws.push_back({cell.box, cell.triangles / cell.primitives.size()});
+  return draws;
+}
+
+std::vector<DrawItem> draws_of_median_split(const scene::Scene& scene, std::uint32_t leaf) {
+  std::vector<std::uint32_t> order(scene.triangles.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::vector<DrawItem> draws;
+  std::vector<std::pair<std::size_t, std::size_t>> stack;
+  if (!order.empty()) stack.emplace_back(0, order.size());
+  const auto centroid = [&](std::uint32_t t, std::size_t axis) {
+    const auto c = scene.corners(t);
+    return c[0][axis] + c[1][axis] + c[2][axis];
+  };
+  while (!stack.empty()) {
+    const auto [begin, end] = stack.back();
+    stack.pop_back();
+    if (end - begin <= leaf) {
+      std::map<std::uint32_t, DrawItem> by_material;
+      for (std::size_t i = begin; i < end; ++i) {
+        DrawItem& item = by_material[scene.objects[scene.triangles[order[i]].object].material];
+        item.triangles += 1;
+        item.box.add(triangle_box(scene, order[i]));
+      }
+      for (auto& [material, item] : by_material) draws.push_back(item);
+      continue;
+    }
+    Aabb box;
+    for (std::size_t i = begin; i < end; ++i) box.add(triangle_box(scene, order[i]));
+    const Vec3f e = box.extent();
+    const std::size_t axis = e.x >= e.y && e.x >= e.z ? 0 : e.y >= e.z ? 1 : 2;
+    const std::size_t middle = begin + (end - begin) / 2;
+    std::nth_element(order.begin() + static_cast<std::ptrdiff_t>(begin),
+                     order.begin() + static_cast<std::ptrdiff_t>(middle),
+                     order.begin() + static_cast<std::ptrdiff_t>(end),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       const float ca = centroid(a, axis), cb = centroid(b, axis);
+                       return ca != cb ? ca < cb : a < b;
+                     });
+    stack.emplace_back(middle, end);
+    stack.emplace_back(begin, middle);
+  }
+  return draws;
+}
+
+ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,
+                           const std::vector<DrawItem>& draws) {
+  const auto views = measuring_views(scene, profile, kInsideViews, kOutsideViews);
+  std::vector<ViewFigures> per_view(views.size());
+  parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const Frustum frustum(views[v], profile);
+      for (const DrawItem& item : draws) {
+        if (frustum.outside(item.box)) continue;
+        const double triangles = static_cast<double>(item.triangles);
+        per_view[v].draws += 1;
+        per_view[v].triangles += triangles;
+        per_view[v].cost += profile.draw + profile.state + triangles * profile.triangle;
+      }
+    }
+  });
+  ViewsFigures sum;
+  std::uint32_t count[2] = {0, 0};
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    ViewFigures& into = views[v].inside ? sum.inside : sum.outside;
+    into.draws += per_view[v].draws;
+    into.triangles += per_view[v].triangles;
+    into.cost += per_view[v].cost;
+    ++count[views[v].inside ? 0 : 1];
+  }
+  int which = 0;
+  for (ViewFigures* f : {&sum.inside, &sum.outside}) {
+    const double scale = 1.0 / std::max(1u, count[which++]);
+    f->draws *= scale;
+    f->triangles *= scale;
+    f->cost *= scale;
+  }
+  return sum;
+}
+
+ViewsReport measure_views(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
+                          const Profile& profile, const BatchPlan& plan) {
+  ViewsReport report;
+  const auto views = measuring_views(scene, profile, kInsideViews, kOutsideViews);
+  std::vector<std::uint64_t> ideal(views.size());
+  parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v)
+      ideal[v] = ideal_triangles(scene, tree, Frustum(views[v], profile));
+  });
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    ++(views[v].inside ? report.inside_views : report.outside_views);
+    (views[v].inside ? report.ideal_inside : report.ideal_outside) += static_cast<double>(ideal[v]);
+  }
+  report.ideal_inside /= std::max(1u, report.inside_views);
+  report.ideal_outside /= std::max(1u, report.outside_views);
+  report.before = measure_draws(scene, profile, draws_of_input(scene));
+  report.after = measure_draws(scene, profile, draws_of_plan(scene, plan));
+  return report;
+}
+
+}  // namespace lightbatch::batches

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/batches/plan.h"
+#include "core/batches/profile.h"
+
+namespace lightbatch::batches {
+
+/// One thing that a viewer culls and draws by itself.
+struct DrawItem {
+  Aabb box;
+  std::uint64_t triangles = 0;
+};
+
+/// The file as it came: each primitive under each node; GPU instances of one node together.
+std::vector<DrawItem> draws_of_input(const scene::Scene& scene);
+/// The file as it goes: groups of batches, instance cells, and what was left alone.
+std::vector<DrawItem> draws_of_plan(const scene::Scene& scene, const BatchPlan& plan);
+/// What is compared against: everything joined by material, then split at the median centroid of
+/// the longest axis into leaves of at most `leaf` triangles.
+std::vector<DrawItem> draws_of_median_split(const scene::Scene& scene, std::uint32_t leaf);
+
+struct ViewFigures {
+  double draws = 0;      // mean of a view
+  double triangles = 0;  // submitted, mean of a view
+  double cost = 0;       // us by the profile, vertices left out
+};
+/// Inside: views from where people stand; outside: looking in.
+struct ViewsFigures {
+  ViewFigures inside, outside;
+};
+
+struct ViewsReport {
+  std::uint32_t inside_views = 0, outside_views = 0;
+  double ideal_inside = 0, ideal_outside = 0;  // triangles not wholly outside one frustum plane
+  ViewsFigures before, after;
+};
+
+/// Means over a fixed set of views (frustum culling of boxes).
+ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,
+                           const std::vector<DrawItem>& draws);
+/// Input and plan against the ideal culler of single triangles.
+ViewsReport measure_views(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
+                          const Profile& profile, const BatchPlan& plan);
+
+}  // namespace lightbatch::batches
