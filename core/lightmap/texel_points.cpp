@@ -21,10 +21,21 @@ TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel) 
     }
   }
   if (points.count > 0) return points;
-  for (const atlas::Fragment& f : map.fragments_of(texel)) {
-    if (points.count == points.point.size()) break;
-    points.point[points.count++] = {f.triangle, f.centroid};
+  // Nothing but collapsed triangles: a systematic sample of them by surface.
+  const auto fragments = map.fragments_of(texel);
+  double total = 0;
+  for (const atlas::Fragment& f : fragments) total += static_cast<double>(f.surface);
+  const std::size_t wanted = std::min(fragments.size(), points.point.size());
+  double below = 0;
+  for (const atlas::Fragment& f : fragments) {
+    below += static_cast<double>(f.surface);
+    const double reached = total > 0 ? below / total * static_cast<double>(wanted) : 0;
+    while (points.count < wanted && points.count + 0.5 < reached) {
+      points.point[points.count++] = {f.triangle, f.centroid};
+    }
   }
+  if (points.count == 0)
+    points.point[points.count++] = {fragments[0].triangle, fragments[0].centroid};
   return points;
 }
 

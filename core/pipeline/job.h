@@ -20,8 +20,8 @@ enum class SolverMode { kAuto, kStoredRay, kLinked };
 /// validate() names contradictions.
 struct JobOptions {
   JobKind kind = JobKind::kBake;
-  double target_error = 0;  // relRMSE, 0.02 = 2 %; 0: not given (2 % unless a budget is given)
-  double time_budget = 0;   // seconds; 0: not given
+  double target_error = 0;      // relRMSE, 0.02 = 2 %; 0: not given (2 % unless a budget is given)
+  double time_budget = 0;       // seconds; 0: not given
   double texels_per_metre = 0;  // 0: chosen from the scene
   int lightmap_size = 2048;     // largest page edge, 64..8192
   double sky_nits = 0;          // constant sky; 0: none
@@ -35,11 +35,11 @@ struct JobOptions {
   bool lightmaps = true;
   std::vector<std::string> effects;  // "+shadows", "-sky": overrides of the effect plan
   std::uint64_t seed = 1;
-  int threads = 0;  // 0: all
-  std::vector<double> sweep_errors;        // kSweep
-  std::vector<int> levels;                 // kHierarchy: levels to draw; empty: 13,14,15,16,20
-  bool compare = false;                    // kHierarchy: measure other builders too
-  std::string lights_file;                 // kRelight: key of JobInput::files
+  int threads = 0;                   // 0: all
+  std::vector<double> sweep_errors;  // kSweep
+  std::vector<int> levels;           // kHierarchy: levels to draw; empty: 13,14,15,16,20
+  bool compare = false;              // kHierarchy: measure other builders too
+  std::string lights_file;           // kRelight: key of JobInput::files
 };
 Status validate(const JobOptions& options);
 

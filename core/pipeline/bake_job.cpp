@@ -1,0 +1,221 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "core/accuracy/certificate.h"
+#include "core/batches/measure.h"
+#include "core/batches/plan.h"
+#include "core/batches/profile.h"
+#include "core/hierarchy/level_boxes.h"
+#include "core/image/codecs.h"
+#include "core/lightmap/look_up.h"
+#include "core/lightmap/pages.h"
+#include "core/pipeline/artifacts.h"
+#include "core/pipeline/certify_stage.h"
+#include "core/pipeline/jobs.h"
+#include "core/pipeline/light_stage.h"
+#include "core/pipeline/report_json.h"
+#include "core/pipeline/view_picture.h"
+#include "core/report/html.h"
+#include "core/scene_out/write_scene.h"
+
+namespace lightbatch::pipeline {
+namespace {
+
+constexpr int kLevelPicture = 480;
+constexpr int kViewWidth = 960;
+constexpr int kViewHeight = 600;
+/// Levels shown in the report of a bake.
+constexpr int kReportLevels[] = {3, 6, 9, 13};
+
+/// All that a bake makes before it writes.
+struct Made {
+  LightmapPlaces places;
+  LightBake light;
+  std::vector<lightmap::PageImage> pages;
+  std::vector<lightmap::EncodedPage> encoded;
+  batches::BatchPlan plan;
+};
+
+Result<batches::Profile> read_profile_option(const JobOptions& options, const JobInput& input) {
+  const auto file = input.files.find(options.profile);
+  if (file == input.files.end()) return batches::preset_profile(options.profile);
+  LB_ASSIGN_OR_RETURN(const Bytes bytes, read_file(file->second));
+  return batches::read_profile(as_text(bytes), options.profile);
+}
+
+Status bake_pages(const JobOptions& options, const Prepared& p, Made& made, StageClock& clock,
+                  const Progress& progress) {
+  LB_ASSIGN_OR_RETURN(made.places, make_places(options, p, clock, progress));
+  const accuracy::BakeSettings settings =
+      accuracy::settings_for(p.target_error, measure_for_settings(p, made.places), options.seed);
+  LB_ASSIGN_OR_RETURN(made.light, bake_light(options, p, made.places, settings, clock, progress));
+  clock.start("pages");
+  made.pages =
+      lightmap::make_pages(made.places.layout, made.places.texels, made.light.baked.irradiance);
+  for (const lightmap::PageImage& page : made.pages) {
+    LB_ASSIGN_OR_RETURN(lightmap::EncodedPage encoded, lightmap::encode_page(page));
+    made.encoded.push_back(std::move(encoded));
+  }
+  clock.stop();
+  return {};
+}
+
+Status plan_batches(const JobOptions& options, const Prepared& p, const batches::Profile& profile,
+                    Made& made, const Progress& progress) {
+  batches::BatchOptions batch_options;
+  batch_options.max_batches = static_cast<std::uint32_t>(options.max_batches);
+  batch_options.traits = scene_out::describe_objects(
+      p.document, *p.scene, options.lightmaps ? &made.places.layout : nullptr);
+  if (options.lightmaps) {
+    batch_options.page_of_triangle.resize(p.scene->triangles.size(), scene::kNone);
+    for (std::size_t i = 0; i < batch_options.page_of_triangle.size(); ++i) {
+      const std::uint32_t chart = made.places.layout.chart_of[i];
+      if (chart != scene::kNone) {
+        batch_options.page_of_triangle[i] = made.places.layout.charts[chart].page;
+      }
+    }
+  }
+  LB_ASSIGN_OR_RETURN(made.plan, batches::plan(*p.scene, p.tree, profile, batch_options, progress));
+  return {};
+}
+
+Status write_scenes(const JobOptions& options, const Prepared& p, const Made& made,
+                    Artifacts& artifacts) {
+  scene_out::LightmapImages images;
+  for (const lightmap::EncodedPage& page : made.encoded) {
+    images.png.push_back(page.png);
+    images.intensity.push_back(page.intensity);
+  }
+  scene_out::WriteOptions write;
+  write.remove_lights = options.lightmaps && options.lights == LightsPolicy::kRemove;
+  const batches::BatchPlan* plan = options.batches ? &made.plan : nullptr;
+  const atlas::Layout* layout = options.lightmaps ? &made.places.layout : nullptr;
+  if (options.carrier != Carrier::kPortable) {
+    LB_ASSIGN_OR_RETURN(const Bytes glb,
+                        scene_out::write_scene(p.document, *p.scene, plan, layout,
+                                               options.lightmaps ? &images : nullptr, write));
+    LB_RETURN_IF_ERROR(artifacts.add("scene.glb", glb));
+  }
+  if (options.carrier == Carrier::kLightmap) return {};
+  write.carrier = scene_out::Carrier::kPortable;
+  write.lit.resize(p.scene->triangles.size());
+  for (std::size_t i = 0; i < write.lit.size(); ++i) {
+    write.lit[i] = made.places.layout.chart_of[i] != scene::kNone ? 1 : 0;
+  }
+  write.irradiance = [&](std::uint32_t triangle, float u, float v) {
+    return lightmap::irradiance_at(made.places.layout, made.pages, triangle, u, v);
+  };
+  LB_ASSIGN_OR_RETURN(const Bytes glb,
+                      scene_out::write_scene(p.document, *p.scene, plan, nullptr, nullptr, write));
+  return artifacts.add(options.carrier == Carrier::kPortable ? "scene.glb" : "scene_portable.glb",
+                       glb);
+}
+
+std::vector<report::Picture> pictures(const JobOptions& options, const Prepared& p,
+                                      const Made& made) {
+  std::vector<report::Picture> list;
+  if (p.scene->triangles.empty()) return list;
+  if (options.lightmaps) {
+    list.push_back(
+        {"View",
+         image::encode_png(view_picture(p, made.places.layout, made.pages, kViewWidth, kViewHeight),
+                           false),
+         report::PictureKind::kView, "Diffuse light only, as baked."});
+    for (std::size_t i = 0; i < made.pages.size(); ++i) {
+      list.push_back({"lightmap_" + std::to_string(i),
+                      image::encode_png(lightmap::preview(made.pages[i]), false),
+                      report::PictureKind::kLightmap});
+    }
+  }
+  for (const int level : kReportLevels) {
+    if (level > p.tree_statistics.depth) break;
+    list.push_back(
+        {"Level " + std::to_string(level),
+         image::encode_png(hierarchy::level_picture(hierarchy::level_boxes(p.tree, level),
+                                                    kLevelPicture, kLevelPicture * 3 / 4),
+                           false),
+         report::PictureKind::kHierarchy});
+  }
+  return list;
+}
+
+std::string summary_of(const Json& report) {
+  char text[512];
+  std::string summary;
+  if (report.contains("accuracy")) {
+    const Json& a = report["accuracy"];
+    std::snprintf(text, sizeof text,
+                  "error    %.2f %% certified (95 %%: %.2f to %.2f %%), target %.2f %%\n",
+                  100 * a.value("certified", 0.0), 100 * a.value("low", 0.0),
+                  100 * a.value("high", 0.0), 100 * a.value("target", 0.0));
+    summary += text;
+  }
+  if (report.contains("lightmaps")) {
+    const Json& l = report["lightmaps"];
+    std::snprintf(text, sizeof text, "texels   %.0f on %zu page(s), %.4g a metre\n",
+                  l.value("texels", 0.0), l["pages"].size(),
+                  l.value("texels_per_metre_given", 0.0));
+    summary += text;
+  }
+  if (report.contains("batches")) {
+    const Json& b = report["batches"];
+    std::snprintf(text, sizeof text, "draws    %.0f before, %.0f after; in a view %.1f and %.1f\n",
+                  b["before"].value("all_draws", 0.0), b["after"].value("all_draws", 0.0),
+                  b["before"].value("draws", 0.0), b["after"].value("draws", 0.0));
+    summary += text;
+  }
+  std::snprintf(text, sizeof text, "time     %.2f s, %.0f MB\n",
+                report["total"].value("seconds", 0.0),
+                report["total"].value("peak_bytes", 0.0) / 1e6);
+  return summary + text;
+}
+
+}  // namespace
+
+Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
+                            const std::filesystem::path& output, const Progress& progress) {
+  StageClock clock;
+  LB_ASSIGN_OR_RETURN(const batches::Profile profile, read_profile_option(options, input));
+  LB_ASSIGN_OR_RETURN(const Prepared p, prepare(options, input, clock, progress));
+  Artifacts artifacts(output);
+  Json report = report_head(options, input, p);
+  Made made;
+  JobOutcome outcome;
+  if (options.lightmaps) {
+    LB_RETURN_IF_ERROR(bake_pages(options, p, made, clock, progress));
+    report["radiosity"] = report_radiosity(made.light);
+    report["lightmaps"] = report_lightmaps(made.places, made.light.baked.counts, made.encoded);
+    report_counters(report, made.light);
+    LB_ASSIGN_OR_RETURN(const accuracy::Certificate certificate,
+                        certify(options, p, made.places, made.light, clock, progress));
+    report["accuracy"] = report_accuracy(certificate, p.target_error);
+    if (!report["accuracy"].value("passed", true)) outcome.verdict = Verdict::kMissedTarget;
+  }
+  if (options.batches) {
+    clock.start("batches");
+    progress.report("batches", 0);
+    LB_RETURN_IF_ERROR(plan_batches(options, p, profile, made, progress));
+    report["batches"] =
+        report_batches(*p.scene, made.plan,
+                       batches::measure_views(*p.scene, p.tree, profile, made.plan), profile.name);
+  }
+  clock.start("write");
+  progress.report("write", 0);
+  LB_RETURN_IF_ERROR(write_scenes(options, p, made, artifacts));
+  for (std::size_t i = 0; i < made.pages.size(); ++i) {
+    LB_ASSIGN_OR_RETURN(const Bytes exr, lightmap::encode_exr(made.pages[i]));
+    LB_RETURN_IF_ERROR(artifacts.add("lightmap_" + std::to_string(i) + ".exr", exr));
+  }
+  const std::vector<report::Picture> shown = pictures(options, p, made);
+  clock.stop();
+  report_stages(report, clock);
+  LB_RETURN_IF_ERROR(artifacts.add("report.json", report.dump(1) + "\n"));
+  LB_RETURN_IF_ERROR(artifacts.add("report.html", report::html(report, shown)));
+  if (progress.cancelled()) return cancelled();
+  artifacts.keep();
+  outcome.artifacts = artifacts.names();
+  outcome.summary = summary_of(report);
+  return outcome;
+}
+
+}  // namespace lightbatch::pipeline

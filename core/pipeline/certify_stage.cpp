@@ -1,0 +1,84 @@
+#include "core/pipeline/certify_stage.h"
+
+#include <algorithm>
+
+#include "core/accuracy/path_tracer.h"
+#include "core/base/random.h"
+#include "core/lightmap/texel_points.h"
+
+namespace lightbatch::pipeline {
+namespace {
+
+/// Texels drawn for judging; the certificate uses a prefix.
+constexpr std::size_t kProbes = 2000;
+
+/// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
+/// shuffled.
+std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const LightBake& light,
+                                         std::uint64_t seed) {
+  const auto& texels = places.texels.texels;
+  std::vector<double> up_to(texels.size());
+  double total = 0;
+  for (std::size_t t = 0; t < texels.size(); ++t) {
+    for (const atlas::Fragment& f : places.texels.fragments_of(texels[t])) {
+      total += static_cast<double>(f.surface);
+    }
+    up_to[t] = total;
+  }
+  std::vector<accuracy::Probe> probes;
+  if (!(total > 0)) return probes;
+  Random random(item_seed(seed, 0, 31));
+  for (std::size_t k = 0; k < kProbes; ++k) {
+    const double at = total * (static_cast<double>(k) + random.next_double()) / kProbes;
+    const auto t = std::min(
+        texels.size() - 1,
+        static_cast<std::size_t>(std::upper_bound(up_to.begin(), up_to.end(), at) - up_to.begin()));
+    accuracy::Probe probe;
+    probe.value = light.baked.irradiance[t];
+    const auto points = lightmap::texel_points(places.texels, texels[t]);
+    for (std::uint32_t i = 0; i < points.count; ++i) {
+      const auto p = atlas::point_at(places.layout, points.point[i].triangle, points.point[i].at);
+      probe.points.push_back({p.triangle, p.u, p.v, false});
+    }
+    probes.push_back(std::move(probe));
+  }
+  for (std::size_t k = probes.size(); k > 1; --k) {
+    std::swap(probes[k - 1], probes[random.below(k)]);
+  }
+  return probes;
+}
+
+}  // namespace
+
+Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared& p,
+                                      const LightmapPlaces& places, const LightBake& light,
+                                      StageClock& clock, const Progress& progress) {
+  clock.start("certify");
+  progress.report("certify", 0);
+  const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
+  const auto probes = draw_probes(places, light, options.seed);
+  accuracy::CertificateOptions certificate_options;
+  certificate_options.target = p.target_error;
+  certificate_options.seed = item_seed(options.seed, 1, 32);
+  auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
+  clock.stop();
+  return certificate;
+}
+
+nlohmann::json report_accuracy(const accuracy::Certificate& c, double target) {
+  const bool passed = c.relrmse <= target;
+  return {{"target", target},
+          {"certified", c.relrmse},
+          {"low", c.low},
+          {"high", c.high},
+          {"p95", c.p95},
+          {"bias", c.bias},
+          {"bias_low", c.bias_low},
+          {"bias_high", c.bias_high},
+          {"probes", c.probes},
+          {"paths", c.paths},
+          {"mean_irradiance_lux", c.mean_irradiance},
+          {"passed", passed}};
+}
+
+}  // namespace lightbatch::pipeline

@@ -1,0 +1,87 @@
+#include "core/pipeline/job.h"
+
+#include <cmath>
+#include <exception>
+#include <new>
+
+#include "core/base/parallel.h"
+#include "core/pipeline/jobs.h"
+
+namespace lightbatch::pipeline {
+
+std::string build_id() { return "lightbatch 0.1.0"; }
+
+Status validate(const JobOptions& o) {
+  const auto finite = [](double v) { return std::isfinite(v); };
+  if (!finite(o.target_error) || o.target_error < 0 || o.target_error > 1) {
+    return bad_option("target error: a share between 0 and 1, for instance 2% or 0.02");
+  }
+  if (o.target_error > 0 && o.target_error < 0.001) {
+    return bad_option("target error: at least 0.1%");
+  }
+  if (!finite(o.time_budget) || o.time_budget < 0) {
+    return bad_option("time budget: a positive number of seconds");
+  }
+  if (o.target_error > 0 && o.time_budget > 0) {
+    return bad_option("name a target error or a time budget, not both");
+  }
+  if (!finite(o.texels_per_metre) || o.texels_per_metre < 0) {
+    return bad_option("texels per metre: a positive number");
+  }
+  if (o.lightmap_size < 64 || o.lightmap_size > 8192) {
+    return bad_option("lightmap size: 64 to 8192 texels");
+  }
+  if (!finite(o.sky_nits) || o.sky_nits < 0)
+    return bad_option("sky: a luminance in nits, at least 0");
+  if (o.sky_nits > 0 && !o.sky_file.empty()) {
+    return bad_option("sky: a luminance or a file, not both");
+  }
+  if (o.max_batches < 0) return bad_option("max batches: at least 0");
+  if (o.threads < 0 || o.threads > 1024) return bad_option("threads: 0 (all) to 1024");
+  if (o.kind == JobKind::kBake && !o.batches && !o.lightmaps) {
+    return bad_option("without batches and without lightmaps nothing is left to do");
+  }
+  if (!o.lightmaps && o.carrier != Carrier::kLightmap) {
+    return bad_option("the carrier names how lightmaps travel; it contradicts no lightmaps");
+  }
+  if (o.kind == JobKind::kSweep) {
+    for (const double e : o.sweep_errors) {
+      if (!finite(e) || e < 0.001 || e > 1) return bad_option("sweep errors: 0.1% to 100%");
+    }
+  }
+  for (const int level : o.levels) {
+    if (level < 0 || level > 1000) return bad_option("levels: 0 to 1000");
+  }
+  return {};
+}
+
+Result<JobOutcome> run_job(const JobOptions& options, const JobInput& input,
+                           const std::filesystem::path& output, const Progress& progress) {
+  LB_RETURN_IF_ERROR(validate(options));
+  if (options.threads > 0) set_thread_count(options.threads);
+  try {
+    switch (options.kind) {
+      case JobKind::kBake:
+        return run_bake(options, input, output, progress);
+      case JobKind::kPlan:
+        return run_plan(options, input, output, progress);
+      case JobKind::kQuote:
+        return run_quote(options, input, output, progress);
+      case JobKind::kSweep:
+        return run_sweep(options, input, output, progress);
+      case JobKind::kHierarchy:
+        return run_hierarchy(options, input, output, progress);
+      case JobKind::kRelight:
+        return Status(StatusCode::kUnimplemented, "RELIGHT_UNSUPPORTED",
+                      "this version cannot relight; bake again with the new lights");
+    }
+  } catch (const std::bad_alloc&) {
+    return over_budget(input.scene, "the job needs more memory than it may use");
+  } catch (const std::exception& e) {
+    return Status(StatusCode::kInternal, "INTERNAL",
+                  std::string("unexpected failure: ") + e.what());
+  }
+  return Status(StatusCode::kInternal, "INTERNAL", "unknown kind of job");
+}
+
+}  // namespace lightbatch::pipeline

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "core/pipeline/job.h"
+
+namespace lightbatch::pipeline {
+
+/// One function for each kind of job; run_job is the door. Arguments as there, already validated.
+Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
+                            const std::filesystem::path& output, const Progress& progress);
+/// plan.json, plan.html: effects with their evidence.
+Result<JobOutcome> run_plan(const JobOptions& options, const JobInput& input,
+                            const std::filesystem::path& output, const Progress& progress);
+/// quote.json, quote.html: expected error against expected time.
+Result<JobOutcome> run_quote(const JobOptions& options, const JobInput& input,
+                             const std::filesystem::path& output, const Progress& progress);
+/// sweep.csv, sweep.json, sweep.svg, sweep.html: certified error against time at several targets.
+Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
+                             const std::filesystem::path& output, const Progress& progress);
+/// hierarchy.json, boxes.glb (a node for each level), boxes_L.svg and boxes_L.png for each level L.
+Result<JobOutcome> run_hierarchy(const JobOptions& options, const JobInput& input,
+                                 const std::filesystem::path& output, const Progress& progress);
+
+}  // namespace lightbatch::pipeline

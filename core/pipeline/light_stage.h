@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "core/accuracy/settings.h"
+#include "core/atlas/layout.h"
+#include "core/atlas/texels.h"
+#include "core/lightmap/bake.h"
+#include "core/lightmap/pages.h"
+#include "core/pipeline/prepare.h"
+#include "core/radiosity/solution.h"
+
+namespace lightbatch::pipeline {
+
+/// The lightmap's places: what gets texels, and where.
+struct LightmapPlaces {
+  atlas::Layout layout;
+  atlas::TexelMap texels;
+};
+
+/// Stages "charts" and "texels".
+Result<LightmapPlaces> make_places(const JobOptions& options, const Prepared& p, StageClock& clock,
+                                   const Progress& progress);
+
+/// A baked lightmap with what the report tells of it.
+struct LightBake {
+  accuracy::BakeSettings settings;
+  radiosity::Solution::Statistics radiosity;
+  double element_edge = 0;
+  double mean_irradiance = 0;  // lux, of the first stage, over the surfaces with texels
+  lightmap::BakedTexels baked;
+};
+
+/// What settings are chosen from.
+accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPlaces& places);
+
+/// Stages "radiosity" and "gather".
+Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
+                             const LightmapPlaces& places, const accuracy::BakeSettings& settings,
+                             StageClock& clock, const Progress& progress);
+
+}  // namespace lightbatch::pipeline

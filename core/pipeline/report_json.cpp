@@ -1,0 +1,268 @@
+#include "core/pipeline/report_json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+namespace lightbatch::pipeline {
+namespace {
+
+Json rgb(const Rgbd& c) { return Json::array({c.r, c.g, c.b}); }
+
+const char* kind_name(JobKind kind) {
+  switch (kind) {
+    case JobKind::kBake:
+      return "bake";
+    case JobKind::kPlan:
+      return "plan";
+    case JobKind::kQuote:
+      return "quote";
+    case JobKind::kSweep:
+      return "sweep";
+    case JobKind::kHierarchy:
+      return "hierarchy";
+    case JobKind::kRelight:
+      return "relight";
+  }
+  return "unknown";
+}
+
+Json option_section(const JobOptions& o) {
+  Json json = {{"seed", o.seed}, {"lightmap_size", o.lightmap_size}, {"profile", o.profile}};
+  if (o.target_error > 0) json["target_error"] = o.target_error;
+  if (o.time_budget > 0) json["time_budget_seconds"] = o.time_budget;
+  if (o.texels_per_metre > 0) json["texels_per_metre"] = o.texels_per_metre;
+  if (o.sky_nits > 0) json["sky_nits"] = o.sky_nits;
+  if (!o.sky_file.empty()) json["sky_file"] = o.sky_file;
+  json["carrier"] = o.carrier == Carrier::kLightmap   ? "lightmap"
+                    : o.carrier == Carrier::kPortable ? "portable"
+                                                      : "both";
+  json["lights"] = o.lights == LightsPolicy::kKeep ? "keep" : "remove";
+  json["batches"] = o.batches;
+  json["lightmaps"] = o.lightmaps;
+  if (o.max_batches > 0) json["max_batches"] = o.max_batches;
+  std::string effects;
+  for (const std::string& e : o.effects) effects += (effects.empty() ? "" : ",") + e;
+  if (!effects.empty()) json["effects"] = effects;
+  return json;
+}
+
+Json scene_section(const scene::Scene& scene) {
+  std::set<std::uint32_t> nodes, meshes;
+  for (const scene::Object& o : scene.objects) {
+    nodes.insert(o.node);
+    meshes.insert(o.mesh);
+  }
+  std::size_t emitters = 0;
+  for (const scene::Material& m : scene.materials) emitters += m.emission.is_black() ? 0u : 1u;
+  Json dropped = Json::object();
+  if (scene.counts.zero_area_triangles > 0)
+    dropped["triangles without area"] = scene.counts.zero_area_triangles;
+  if (scene.counts.zero_scale_nodes > 0)
+    dropped["nodes of zero scale"] = scene.counts.zero_scale_nodes;
+  return {{"triangles", scene.triangles.size()},
+          {"objects", scene.objects.size()},
+          {"nodes", nodes.size()},
+          {"meshes", meshes.size()},
+          {"materials", scene.materials.size()},
+          {"lights", scene.lights.size()},
+          {"emitters", emitters},
+          {"passed_through", scene.skipped.size()},
+          {"textures_not_decoded", scene.counts.textures_not_decoded},
+          {"reflectances_clamped", scene.counts.clamped_reflectance},
+          {"dropped", dropped}};
+}
+
+Json plan_section(const JobOptions& options, const plan::EffectPlan& effects) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < plan::kEffectCount; ++i) {
+    const plan::Decision& d = effects.decisions[i];
+    const std::string name(plan::effect_name(static_cast<plan::Effect>(i)));
+    const bool overridden = std::any_of(options.effects.begin(), options.effects.end(),
+                                        [&](const std::string& e) { return e.substr(1) == name; });
+    list.push_back({{"name", name},
+                    {"on", d.on},
+                    {"called_for", d.called_for},
+                    {"simulated", d.simulated},
+                    {"overridden", overridden},
+                    {"why", d.reason},
+                    {"evidence", d.evidence},
+                    {"cost_share", d.cost_share}});
+  }
+  return {{"effects", list}};
+}
+
+}  // namespace
+
+Json report_hierarchy(const hierarchy::Statistics& s, double build_seconds) {
+  Json levels = Json::array();
+  for (const auto& level : s.levels) {
+    levels.push_back({{"level", level.level},
+                      {"nodes", level.inner + level.leaves},
+                      {"leaves", level.leaves},
+                      {"area", level.area},
+                      {"void_share", level.area > 0 ? level.void_area / level.area : 0.0}});
+  }
+  return {{"sah_cost", s.sah_cost}, {"sah_cost_merged", s.sah_cost_merged},
+          {"depth", s.depth},       {"void_area", s.void_area},
+          {"nodes", s.nodes},       {"build_seconds", build_seconds},
+          {"levels", levels}};
+}
+
+Json report_head(const JobOptions& options, const JobInput& input, const Prepared& p) {
+  Json report;
+  report["schema"] = 1;
+  report["kind"] = kind_name(options.kind);
+  report["input"] = {{"name", std::filesystem::path(input.scene).filename().string()},
+                     {"sha256", p.document.sha256},
+                     {"bytes", p.document.input_bytes}};
+  report["options"] = option_section(options);
+  report["build"] = {{"id", build_id()}};
+  report["scene"] = scene_section(*p.scene);
+  report["plan"] = plan_section(options, p.effects);
+  report["hierarchy"] = report_hierarchy(p.tree_statistics, p.tree_seconds);
+  Json warnings = Json::array();
+  for (const std::string& w : p.document.warnings) warnings.push_back(w);
+  for (const std::string& w : p.scene->warnings) warnings.push_back(w);
+  for (std::size_t i = 0; i < plan::kEffectCount; ++i) {
+    const plan::Decision& d = p.effects.decisions[i];
+    if (d.called_for && !d.simulated) {
+      warnings.push_back("effect " + std::string(plan::effect_name(static_cast<plan::Effect>(i))) +
+                         ": " + d.reason);
+    }
+  }
+  report["warnings"] = warnings;
+  return report;
+}
+
+Json report_radiosity(const LightBake& bake) {
+  const auto& s = bake.radiosity;
+  const double in = s.emitted.sum();
+  const double out = s.absorbed.sum() + s.escaped.sum();
+  return {{"mode", "stored-ray"},
+          {"elements", s.elements},
+          {"element_edge_metres", bake.element_edge},
+          {"iterations", s.iterations},
+          {"residual", s.residual},
+          {"links", {{"stored rays", s.links}}},
+          {"memory_bytes", s.memory_bytes},
+          {"mean_irradiance_lux", bake.mean_irradiance},
+          {"energy",
+           {{"emitted", rgb(s.emitted)},
+            {"absorbed", rgb(s.absorbed)},
+            {"escaped", rgb(s.escaped)},
+            {"error", in > 0 ? std::fabs(in - out) / in : 0.0}}}};
+}
+
+Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& counts,
+                      const std::vector<lightmap::EncodedPage>& encoded) {
+  const atlas::Layout& layout = places.layout;
+  std::vector<std::uint64_t> charts(layout.pages.size()), texels(layout.pages.size());
+  for (const atlas::Chart& c : layout.charts) ++charts[c.page];
+  for (const atlas::Texel& t : places.texels.texels) ++texels[t.page];
+  Json pages = Json::array();
+  for (std::size_t i = 0; i < layout.pages.size(); ++i) {
+    const double all = static_cast<double>(layout.pages[i].width) * layout.pages[i].height;
+    pages.push_back({{"name", "lightmap_" + std::to_string(i)},
+                     {"width", layout.pages[i].width},
+                     {"height", layout.pages[i].height},
+                     {"charts", charts[i]},
+                     {"texels", texels[i]},
+                     {"utilisation", static_cast<double>(texels[i]) / all},
+                     {"intensity", encoded[i].intensity},
+                     {"clipped_texels", encoded[i].clipped_texels}});
+  }
+  const double all_texels = static_cast<double>(std::max<std::uint64_t>(1, counts.texels));
+  return {{"charts", layout.charts.size()},
+          {"texels", places.texels.texels.size()},
+          {"texels_per_metre_asked", layout.asked_texels_per_metre},
+          {"texels_per_metre_given", layout.texels_per_metre},
+          {"utilisation", layout.utilisation},
+          {"area_off_density", layout.out_of_density_area},
+          {"footprint_conflicts", layout.footprint_conflicts},
+          {"gathered_share", static_cast<double>(counts.computed_texels) / all_texels},
+          {"refined_share", static_cast<double>(counts.refined_texels) / all_texels},
+          {"pages", pages}};
+}
+
+Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
+                    const batches::ViewsReport& views, const std::string& profile) {
+  const auto figures = [](const batches::ViewsFigures& f) -> Json {
+    return {{"draws", f.inside.draws},
+            {"triangles", f.inside.triangles},
+            {"draws_outside", f.outside.draws},
+            {"triangles_outside", f.outside.triangles},
+            {"cost_us", f.inside.cost}};
+  };
+  Json before = figures(views.before);
+  Json after = figures(views.after);
+  before["all_draws"] = plan.draws_before;
+  after["all_draws"] = plan.draws_after;
+  Json curve = Json::array();
+  const double chosen = plan.expected_draws;
+  for (const batches::CurvePoint& c : plan.curve) {
+    curve.push_back({{"draws", c.draws},
+                     {"triangles", c.triangles},
+                     {"cost", c.draw_cost},
+                     {"batches", c.batches},
+                     {"chosen", std::fabs(c.draws - chosen) <= 1e-9 * (1 + chosen)}});
+  }
+  Json left = Json::array();
+  for (const batches::LeftAlone& l : plan.left_alone) {
+    left.push_back({{"name", scene.objects[l.object].name}, {"reason", l.reason}});
+  }
+  for (const scene::Skipped& s : scene.skipped) {
+    left.push_back({{"name", "node " + std::to_string(s.node)}, {"reason", s.reason}});
+  }
+  return {{"count", plan.batches.size()},
+          {"instance_cells", plan.cells.size()},
+          {"split_objects", plan.split_objects},
+          {"profile", profile},
+          {"views", views.inside_views + views.outside_views},
+          {"ideal_triangles", views.ideal_inside},
+          {"ideal_triangles_outside", views.ideal_outside},
+          {"copied_bytes", plan.copied_bytes},
+          {"before", before},
+          {"after", after},
+          {"curve", curve},
+          {"left_alone", left}};
+}
+
+void report_counters(Json& report, const LightBake& bake) {
+  radiosity::RayCounts rays = bake.radiosity.rays;
+  rays += bake.baked.counts.rays;
+  const auto set = [&](std::string_view effect, Json counters) {
+    for (Json& e : report["plan"]["effects"]) {
+      if (e["name"] == effect) e["counters"] = std::move(counters);
+    }
+  };
+  set("point_lights", {{"punctual shadow rays", rays.punctual_shadow}});
+  set("spot_lights", {{"punctual shadow rays", rays.punctual_shadow}});
+  set("directional_lights", {{"punctual shadow rays", rays.punctual_shadow}});
+  set("emitters",
+      {{"emitter shadow rays", rays.emitter_shadow}, {"polygon factors", rays.polygon_factors}});
+  set("shadows", {{"shadow rays", rays.punctual_shadow + rays.emitter_shadow}});
+  set("sky", {{"rays to the sky", rays.sky_escapes}});
+  set("interreflection", {{"hemisphere rays", rays.hemisphere}, {"links", bake.radiosity.links}});
+  set("alpha_cutout", {{"alpha look-ups", rays.alpha_lookups}});
+  set("alpha_blend", {{"sheet crossings", rays.sheet_crossings}});
+  set("transmission", {{"sheet crossings", rays.sheet_crossings}});
+}
+
+void report_stages(Json& report, const StageClock& clock) {
+  Json stages = Json::array();
+  std::uint64_t peak = 0;
+  for (const Stage& s : clock.stages()) {
+    stages.push_back({{"name", s.name},
+                      {"seconds", s.seconds},
+                      {"cpu_seconds", s.cpu_seconds},
+                      {"peak_bytes", s.peak_bytes}});
+    peak = std::max(peak, s.peak_bytes);
+  }
+  report["stages"] = stages;
+  report["total"] = {
+      {"seconds", clock.seconds()}, {"cpu_seconds", clock.cpu_seconds()}, {"peak_bytes", peak}};
+}
+
+}  // namespace lightbatch::pipeline

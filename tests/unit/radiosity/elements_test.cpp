@@ -1,0 +1,111 @@
+#include "core/radiosity/elements.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/random.h"
+#include "tests/unit/accuracy/scene_kit.h"
+
+namespace lightbatch::radiosity {
+namespace {
+
+double area_of(const scene::Scene& scene, std::uint32_t t) {
+  const auto c = scene.corners(t);
+  return 0.5 * length(cross(to_double(c[1] - c[0]), to_double(c[2] - c[0])));
+}
+
+struct Cut {
+  hierarchy::Hierarchy tree;
+  std::unique_ptr<optics::Optics> optics;
+  std::unique_ptr<Elements> elements;
+
+  Cut(const scene::Scene& scene, double edge) {
+    std::vector<Aabb> boxes(scene.triangles.size());
+    for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+      for (const Vec3f& p : scene.corners(i)) boxes[i].add(p);
+    }
+    tree = hierarchy::build(boxes);
+    optics = std::make_unique<optics::Optics>(scene);
+    elements = std::make_unique<Elements>(scene, tree, *optics, ElementOptions{edge, 1'000'000});
+  }
+};
+
+scene::Scene room() {
+  accuracy::SceneKit kit;
+  const auto grey = kit.material({0.5f, 0.4f, 0.3f});
+  const auto leaf = kit.material({0.2f, 0.6f, 0.1f}, {}, true);
+  kit.quad({{{0, 0, 0}, {0, 0, 3}, {4, 0, 3}, {4, 0, 0}}}, grey);
+  kit.quad({{{1, 1, 1}, {1.05f, 1, 1}, {1.05f, 1.05f, 1}, {1, 1.05f, 1}}}, leaf);
+  kit.quad({{{0, 0, 0}, {4, 0, 0}, {4, 0.001f, 0}, {0, 0.001f, 0}}}, grey);
+  return kit.scene();
+}
+
+TEST(Elements, AreasSumToTheSurfaceOnBothSides) {
+  const scene::Scene scene = room();
+  for (const double edge : {10.0, 1.0, 0.2, 0.03}) {
+    const Cut cut(scene, edge);
+    double want = 0, got = 0;
+    for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
+      want += area_of(scene, i) * (cut.optics->double_sided(i) ? 2 : 1);
+    }
+    for (ElementId e = 0; e < cut.elements->count(); ++e) {
+      got += static_cast<double>(cut.elements->area(e));
+    }
+    // Areas are stored as floats: one rounding each.
+    EXPECT_NEAR(got, want, 1e-6 * want) << "edge " << edge;
+  }
+}
+
+TEST(Elements, PointsBelongToTheirElement) {
+  const scene::Scene scene = room();
+  const Cut cut(scene, 0.17);
+  Random random(7);
+  std::uint32_t elsewhere = 0, all = 0;
+  for (ElementId e = 0; e < cut.elements->count(); ++e) {
+    for (int k = 0; k < 8; ++k) {
+      const ElementPoint p = cut.elements->point(e, random.next_float(), random.next_float());
+      EXPECT_GE(p.u, -1e-6f);
+      EXPECT_GE(p.v, -1e-6f);
+      EXPECT_LE(p.u + p.v, 1 + 1e-5f);
+      ++all;
+      if (cut.elements->at(p.triangle, p.u, p.v, cut.elements->is_back(e)) != e) ++elsewhere;
+    }
+  }
+  // A point may round into the neighbouring cell at a shared edge.
+  EXPECT_LE(elsewhere, all / 500);
+}
+
+TEST(Elements, BacksOfOneSidedFacesAreNoElement) {
+  const scene::Scene scene = room();
+  const Cut cut(scene, 0.5);
+  EXPECT_EQ(cut.elements->at(0, 0.3f, 0.3f, true), kNoElement);
+  EXPECT_NE(cut.elements->at(0, 0.3f, 0.3f, false), kNoElement);
+  EXPECT_NE(cut.elements->at(2, 0.3f, 0.3f, true), kNoElement);
+  EXPECT_NE(cut.elements->at(2, 0.3f, 0.3f, true), cut.elements->at(2, 0.3f, 0.3f, false));
+}
+
+TEST(Elements, SliversAreCutAlongTheirLengthOnly) {
+  accuracy::SceneKit kit;
+  const auto grey = kit.material({0.5f, 0.5f, 0.5f});
+  kit.quad({{{0, 0, 0}, {10, 0, 0}, {10, 1e-5f, 0}, {0, 1e-5f, 0}}}, grey);
+  const scene::Scene scene = kit.scene();
+  const Cut cut(scene, 0.1);
+  EXPECT_LE(cut.elements->count(), 2u * 101u);
+}
+
+TEST(Elements, TheLimitHolds) {
+  const scene::Scene scene = room();
+  std::vector<Aabb> boxes(scene.triangles.size());
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    for (const Vec3f& p : scene.corners(i)) boxes[i].add(p);
+  }
+  const auto tree = hierarchy::build(boxes);
+  const optics::Optics optics(scene);
+  const Elements elements(scene, tree, optics, {1e-3, 5000});
+  EXPECT_LE(elements.count(), 5000u);
+  EXPECT_GT(elements.edge(), 1e-3);
+}
+
+}  // namespace
+}  // namespace lightbatch::radiosity
