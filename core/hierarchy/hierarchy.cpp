@@ -4,6 +4,7 @@
 
 #include "core/base/check.h"
 #include "core/hierarchy/builder.h"
+#include "core/hierarchy/reinsertion.h"
 #include "core/hierarchy/sweep.h"
 
 namespace lightbatch::hierarchy {
@@ -15,7 +16,7 @@ Hierarchy HierarchyBuilder::finish(TreeArrays&& arrays) {
   return tree;
 }
 
-Hierarchy build(std::span<const Aabb> boxes, const BuildOptions&) {
+Hierarchy build(std::span<const Aabb> boxes, const BuildOptions& options) {
   LB_CHECK(boxes.size() <= (std::size_t{1} << 30), "more primitives than the hierarchy can hold");
   if (boxes.empty()) return {};
   for (const Aabb& box : boxes) {
@@ -23,7 +24,9 @@ Hierarchy build(std::span<const Aabb> boxes, const BuildOptions&) {
                  box.lower.y <= box.upper.y && box.lower.z <= box.upper.z,
              "hierarchy boxes must be finite with lower <= upper");
   }
-  return HierarchyBuilder::finish(sweep(boxes));
+  TreeArrays tree = sweep(boxes);
+  if (options.reinsertion) reinsert(tree);
+  return HierarchyBuilder::finish(std::move(tree));
 }
 
 }  // namespace lightbatch::hierarchy

@@ -11,7 +11,7 @@ namespace lightbatch::hierarchy {
 /// No leaf lies deeper than this (the root has depth 0), whatever the input: below the depth where
 /// it could happen, positions that would leave a child too large for the levels left are passed
 /// over. 2^30 primitives always fit.
-constexpr int kMaxDepth = 96;
+constexpr int kMaxDepth = 128;
 
 /// Half the surface area, in the one order of operations that every builder uses.
 inline float half_area(float dx, float dy, float dz) { return dx * dy + dy * dz + dz * dx; }

@@ -8,7 +8,7 @@
 
 #include "core/hierarchy/sweep_vectors.h"
 
-constexpr std::uint32_t kWholeSweep = 48;  // nodes up to here are swept without blocks
+constexpr std::uint32_t kWholeSweep = 64;  // nodes up to here are swept without blocks
 constexpr std::uint32_t kSmallBlock = 16;  // block size of nodes up to kManySmall
 constexpr std::uint32_t kManySmall = 1024;
 constexpr std::uint32_t kLargeBlock = 64;

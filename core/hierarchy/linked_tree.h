@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "core/hierarchy/builder.h"
+
+namespace lightbatch::hierarchy {
+
+/// A binary tree whose subtrees can be moved. The two children of a node lie side by side in a
+/// pair of slots (2k, 2k + 1), so the sibling of slot i is i ^ 1; the root is slot 0.
+class LinkedTree {
+ public:
+  using Slot = std::uint32_t;
+  using Planes = float __attribute__((vector_size(16)));
+
+  /// Upper planes are negated: union is the minimum. In place of a child pair leaves hold
+  /// kLeaf | primitive.
+  struct alignas(32) Node {
+    float lower[3];
+    std::uint32_t link;
+    float negated_upper[3];
+    std::uint32_t count;
+  };
+  static constexpr std::uint32_t kLeaf = 0x80000000u;
+
+  struct Box {
+    Planes lower, negated_upper;
+    void add(const Box& b) {
+      lower = lower < b.lower ? lower : b.lower;
+      negated_upper = negated_upper < b.negated_upper ? negated_upper : b.negated_upper;
+    }
+    /// Half the surface area.
+    float area() const {
+      const Planes e = lower + negated_upper;
+      return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
+    }
+  };
+
+  explicit LinkedTree(const TreeArrays& tree);
+  /// Writes the tree depth-first; false if it is deeper than kMaxDepth.
+  bool write(TreeArrays& tree) const;
+
+  std::uint32_t slot_count() const { return static_cast<std::uint32_t>(nodes_.size()); }
+  bool is_leaf(Slot i) const { return (nodes_[i].link & kLeaf) != 0; }
+  Slot child(Slot i) const { return nodes_[i].link; }
+  Slot parent(Slot i) const { return parents_[i / 2]; }
+  Box box(Slot i) const {
+    Box b;
+    std::memcpy(&b.lower, nodes_[i].lower, sizeof b.lower);
+    std::memcpy(&b.negated_upper, nodes_[i].negated_upper, sizeof b.negated_upper);
+    return b;
+  }
+
+  /// Takes `from` out (its sibling takes the parent's slot) and puts it beside `to` (whose slot
+  /// becomes the parent of both). `to` must be outside the subtree of `from`, and neither its
+  /// sibling nor its parent. Boxes and counts are brought up to date.
+  void move(Slot from, Slot to);
+
+ private:
+  void copy_node(Slot to, const Node& node);
+  void refit_to_root(Slot i);
+
+  LargeVector<Node> nodes_;
+  LargeVector<Slot> parents_;  // of each pair
+};
+
+}  // namespace lightbatch::hierarchy
