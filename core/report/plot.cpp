@@ -9,7 +9,7 @@
 namespace lightbatch::report {
 namespace {
 
-constexpr int kColours = 5;
+constexpr std::size_t kColours = 5;
 constexpr double kGlyph = 6.6;  // width of a character of a label, pixels: to leave room
 
 std::string open_svg(const std::string& title, int width, double height) {
@@ -34,6 +34,12 @@ std::string rectangle(double x, double y, double width, double height, const std
   return "<rect class=\"" + kind + "\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) +
          "\" width=\"" + coordinate(std::max(0.0, width)) + "\" height=\"" + coordinate(height) +
          "\" rx=\"2\"/>\n";
+}
+
+std::string colour_class(std::size_t series) {
+  std::string name = "c";
+  name += std::to_string(series % kColours);
+  return name;
 }
 
 double text_width(const std::string& words) {
@@ -121,7 +127,7 @@ class PlotDrawing {
 
   bool draw_series(std::size_t index) {
     const Series& series = plot_.series[index];
-    const std::string colour = "c" + std::to_string(index % kColours);
+    const std::string colour = colour_class(index);
     std::string path, dots;
     for (const PlotPoint& point : series.points) {
       if (!shows(point)) continue;
@@ -147,7 +153,7 @@ class PlotDrawing {
     double x = left_;
     for (std::size_t i = 0; i < plot_.series.size(); ++i) {
       const Series& series = plot_.series[i];
-      const std::string colour = "c" + std::to_string(i % kColours);
+      const std::string colour = colour_class(i);
       out_ += line(x, 14, x + 20, 14, "line " + colour + (series.dashed ? " dashed" : ""));
       out_ += label(x + 26, 18, "start", series.name, "name");
       x += 46 + text_width(series.name);
