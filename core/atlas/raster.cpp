@@ -11,15 +11,17 @@ namespace lightbatch::atlas {
 namespace {
 
 /// Whole texels for a side of `size` texels, or `size` itself where rounding would leave the
-/// bound of +-30 % (then the footprint is as large as rounded up).
+/// bound of +-30 % (then the footprint is as large as rounded up). Rounds down up to 0.6: a
+/// texel more on a short side costs more than it resolves.
 double snapped(double size, const FlatChart& chart, double squeeze) {
+  constexpr double kRoundUp = 0.6;
   if (size < 0.5) return 0;
-  if (size < 2) return size < 1.5 ? 1 : 2;
+  if (size < 2) return size < 1 + kRoundUp ? 1 : 2;
   const auto fits = [&](double whole) {
     const double factor = whole / size;
     return chart.least * squeeze * factor >= 0.7 && chart.most * squeeze * factor <= 1.3;
   };
-  const double nearest = std::round(size);
+  const double nearest = std::floor(size + 1 - kRoundUp);
   if (fits(nearest)) return nearest;
   const double other = nearest > size ? nearest - 1 : nearest + 1;
   return fits(other) ? other : size;

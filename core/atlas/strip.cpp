@@ -79,16 +79,6 @@ Strip::Strip(int width, int page_height)
       page_height_(page_height),
       stride_((static_cast<std::size_t>(width) + 63) / 64 + 3) {}
 
-Strip::Strip(const Strip& fine, int cell)
-    : Strip((fine.width_ + cell - 1) / cell, fine.page_height_ / cell) {
-  Mask all(fine.width_, fine.rows_);
-  for (int y = 0; y < fine.rows_; ++y) {
-    const std::uint64_t* from = fine.bits_.data() + fine.stride_ * static_cast<std::size_t>(y);
-    std::copy(from, from + all.stride, all.row(y));
-  }
-  if (fine.rows_ > 0) occupy(coarsened(all, cell), 0, 0);
-}
-
 void Strip::grow(int rows) {
   if (rows <= rows_) return;
   rows_ = rows;

@@ -31,8 +31,6 @@ class Silhouette {
 class Strip {
  public:
   Strip(int width, int page_height);
-  /// The same pages in cells twice, four times... as coarse.
-  Strip(const Strip& fine, int cell);
 
   struct Place {
     int x = 0, y = 0;  // y over all pages
