@@ -1,0 +1,63 @@
+#include "client/cli/progress_line.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "client/cli/units.h"
+
+namespace lightbatch::cli {
+namespace {
+
+constexpr auto kRedraw = std::chrono::milliseconds(100);
+constexpr auto kPlainLine = std::chrono::seconds(10);
+
+int terminal_width() {
+  winsize size = {};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace
+
+ProgressLine::ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressLine::~ProgressLine() { clear(); }
+
+void ProgressLine::show(const std::string& phase, double fraction, double remaining) {
+  if (quiet_) return;
+  const auto now = std::chrono::steady_clock::now();
+  const bool new_phase = phase != phase_;
+  if (!new_phase && now - shown_ < (terminal_ ? std::chrono::steady_clock::duration(kRedraw)
+                                              : std::chrono::steady_clock::duration(kPlainLine))) {
+    return;
+  }
+  phase_ = phase;
+  shown_ = now;
+  const double clamped = std::clamp(fraction, 0.0, 1.0);
+  char figures[96];
+  std::snprintf(figures, sizeof figures, "%3.0f %%", clamped * 100);
+  std::string text = figures;
+  if (remaining >= 0) text += "  " + format_seconds(remaining) + " left";
+  if (!terminal_) {
+    std::fprintf(stderr, "%-12s %s\n", phase.c_str(), text.c_str());
+    return;
+  }
+  const int cells = std::clamp(terminal_width() - 50, 8, 40);
+  const auto filled = static_cast<int>(std::lround(clamped * cells));
+  const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
+                          std::string(static_cast<std::size_t>(cells - filled), '.');
+  std::fprintf(stderr, "\r\033[K%-12.12s [%s] %s", phase.c_str(), bar.c_str(), text.c_str());
+  std::fflush(stderr);
+  drawn_ = true;
+}
+
+void ProgressLine::clear() {
+  if (drawn_) std::fprintf(stderr, "\r\033[K");
+  std::fflush(stderr);
+  drawn_ = false;
+}
+
+}  // namespace lightbatch::cli
