@@ -2,19 +2,21 @@
 
 #include <optional>
 
-#include "core/gltf/fields.h"
-#include "core/gltf/layout.h"
+#include "core/gltf/elements.h"
 
 namespace lightbatch::gltf {
 namespace {
 
 constexpr std::uint32_t kFloat = 5126;
 
-Status check_animation_sampler(const Json& json, const Json& sampler, const JsonPath& path) {
-  const std::optional<Layout> input =
-      layout_of(json["accessors"][sampler["input"].get<std::size_t>()]);
-  const std::optional<Layout> output =
-      layout_of(json["accessors"][sampler["output"].get<std::size_t>()]);
+Status check_animation_sampler(const Document& document, const Json& sampler,
+                               const JsonPath& path) {
+  for (const char* name : {"input", "output"}) {
+    LB_RETURN_IF_ERROR(check_data(document, index_field(sampler, name), path));
+  }
+  const Json& accessors = document.json["accessors"];
+  const std::optional<Layout> input = layout_of(accessors[index_field(sampler, "input")]);
+  const std::optional<Layout> output = layout_of(accessors[index_field(sampler, "output")]);
   if (!input || !output) return malformed(path.text(), "an accessor has an unknown type");
   if (input->components != 1 || input->component_type != kFloat) {
     return malformed(path.text(), "the input of an animation sampler must be float scalars");
@@ -29,15 +31,15 @@ Status check_animation_sampler(const Json& json, const Json& sampler, const Json
 
 }  // namespace
 
-Status check_animations(const Json& json, const JsonPath& root) {
-  const Json& animations = list_field(json, "animations");
+Status check_animations(const Document& document, const JsonPath& root) {
+  const Json& animations = list_field(document.json, "animations");
   const JsonPath list(root, "animations");
   for (std::size_t i = 0; i < animations.size(); ++i) {
     const JsonPath path(list, i);
     const Json& samplers = animations[i]["samplers"];
     const JsonPath sampler_list(path, "samplers");
     for (std::size_t s = 0; s < samplers.size(); ++s) {
-      LB_RETURN_IF_ERROR(check_animation_sampler(json, samplers[s], JsonPath(sampler_list, s)));
+      LB_RETURN_IF_ERROR(check_animation_sampler(document, samplers[s], JsonPath(sampler_list, s)));
     }
     const Json& channels = animations[i]["channels"];
     const JsonPath channel_list(path, "channels");
@@ -51,13 +53,14 @@ Status check_animations(const Json& json, const JsonPath& root) {
   return {};
 }
 
-Status check_skins(const Json& json, const JsonPath& root) {
-  const Json& skins = list_field(json, "skins");
+Status check_skins(const Document& document, const JsonPath& root) {
+  const Json& skins = list_field(document.json, "skins");
   const JsonPath list(root, "skins");
   for (std::size_t i = 0; i < skins.size(); ++i) {
     const std::uint32_t accessor = index_field(skins[i], "inverseBindMatrices");
     if (accessor == kAbsent) continue;
-    const std::optional<Layout> layout = layout_of(json["accessors"][accessor]);
+    LB_RETURN_IF_ERROR(check_data(document, accessor, JsonPath(list, i)));
+    const std::optional<Layout> layout = layout_of(document.json["accessors"][accessor]);
     if (!layout || layout->components != 16 || layout->component_type != kFloat ||
         layout->count < skins[i]["joints"].size()) {
       return malformed(JsonPath(list, i).text() + "/inverseBindMatrices",

@@ -9,7 +9,7 @@
 namespace lightbatch::gltf {
 
 /// Animations and skins: sampler indices, accessor types and counts.
-Status check_animations(const Json& json, const JsonPath& root);
-Status check_skins(const Json& json, const JsonPath& root);
+Status check_animations(const Document& document, const JsonPath& root);
+Status check_skins(const Document& document, const JsonPath& root);
 
 }  // namespace lightbatch::gltf

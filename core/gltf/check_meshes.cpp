@@ -81,6 +81,7 @@ class MeshCheck {
                                         " elements, other attributes " + std::to_string(*count));
     }
     count = layout->count;
+    LB_RETURN_IF_ERROR(check_data(document_, accessor, path));
     const Semantic* semantic = semantic_of(name);
     if (semantic == nullptr) return {};
     const bool target_tangent = target && name == "TANGENT";
@@ -127,21 +128,13 @@ class MeshCheck {
 
   Status check_targets(const Json& primitive, const JsonPath& path,
                        std::optional<std::uint64_t>& count) const {
-    const auto targets = primitive.find("targets");
-    if (targets == primitive.end()) return {};
     const JsonPath list(path, "targets");
-    if (!targets->is_array() || targets->empty()) {
-      return malformed(list.text(), "must be an array that is not empty");
-    }
-    for (std::size_t i = 0; i < targets->size(); ++i) {
-      const JsonPath target_path(list, i);
-      if (!(*targets)[i].is_object()) return malformed(target_path.text(), "must be an object");
-      for (const auto& [name, accessor] : (*targets)[i].items()) {
-        const JsonPath here(target_path, name);
-        if (!accessor.is_number_integer() || accessor < 0 || accessor >= accessors_.size()) {
-          return malformed(here.text(), "must be the index of an accessor");
-        }
-        LB_RETURN_IF_ERROR(check_attribute(name, accessor.get<std::uint32_t>(), true, here, count));
+    const Json& targets = list_field(primitive, "targets");
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      const JsonPath target(list, i);
+      for (const auto& [name, accessor] : targets[i].items()) {
+        LB_RETURN_IF_ERROR(check_attribute(name, accessor.get<std::uint32_t>(), true,
+                                           JsonPath(target, name), count));
       }
     }
     return {};
@@ -155,6 +148,7 @@ class MeshCheck {
     if (!layout || !is_index_layout(*layout) || layout->normalized) {
       return malformed(here.text(), "the accessor is not of unsigned scalars");
     }
+    LB_RETURN_IF_ERROR(check_data(document_, accessor, here));
     const std::uint32_t view = index_field(accessors_[accessor], "bufferView");
     if (view != kAbsent && json_["bufferViews"][view].contains("byteStride")) {
       return malformed(here.text(), "indices lie in a bufferView with a byteStride");
@@ -189,7 +183,8 @@ Status check_meshes(const Document& document, const JsonPath& root,
   return {};
 }
 
-Status check_instancing(const Json& json, const JsonPath& root) {
+Status check_instancing(const Document& document, const JsonPath& root) {
+  const Json& json = document.json;
   const Json& nodes = list_field(json, "nodes");
   const JsonPath list(root, "nodes");
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -198,8 +193,9 @@ Status check_instancing(const Json& json, const JsonPath& root) {
     const std::string place = JsonPath(list, i).text() + "/extensions/EXT_mesh_gpu_instancing";
     std::optional<std::uint64_t> count;
     for (const auto& [name, accessor] : (*extension)["attributes"].items()) {
-      const std::optional<Layout> layout =
-          layout_of(json["accessors"][accessor.get<std::size_t>()]);
+      const auto index = accessor.get<std::uint32_t>();
+      LB_RETURN_IF_ERROR(check_data(document, index, JsonPath(list, i)));
+      const std::optional<Layout> layout = layout_of(json["accessors"][index]);
       if (!layout) return malformed(place, "the accessor of " + name + " has an unknown type");
       if (count && *count != layout->count) {
         return malformed(place, "the instance attributes differ in count");

@@ -15,6 +15,6 @@ Status check_meshes(const Document& document, const JsonPath& root,
                     std::vector<std::string>& warnings);
 
 /// Instance attributes of EXT_mesh_gpu_instancing: VEC3, VEC4, VEC3, of equal count.
-Status check_instancing(const Json& json, const JsonPath& root);
+Status check_instancing(const Document& document, const JsonPath& root);
 
 }  // namespace lightbatch::gltf

@@ -15,6 +15,28 @@ std::uint32_t largest(const Elements& elements) {
   return value;
 }
 
+const Json& view_of(const Document& document, const Json& part) {
+  return document.json["bufferViews"][part["bufferView"].get<std::size_t>()];
+}
+
+bool lacks_data(const Document& document, const Json& part) {
+  if (!part.contains("bufferView")) return false;
+  const Json& view = view_of(document, part);
+  return document.buffers[view["buffer"].get<std::size_t>()].size() <
+         unsigned_field(view, "byteOffset") + unsigned_field(view, "byteLength");
+}
+
+/// The accessor itself or one of its sparse parts, when its buffer has no data; else nullptr.
+const Json* part_without_data(const Document& document, const Json& accessor) {
+  if (lacks_data(document, accessor)) return &accessor;
+  const auto sparse = accessor.find("sparse");
+  if (sparse == accessor.end()) return nullptr;
+  for (const char* name : {"indices", "values"}) {
+    if (lacks_data(document, (*sparse)[name])) return &(*sparse)[name];
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 std::string accessor_place(const Document& document, std::uint32_t accessor) {
@@ -22,9 +44,18 @@ std::string accessor_place(const Document& document, std::uint32_t accessor) {
 }
 
 const std::byte* view_data(const Document& document, const Json& part) {
-  const Json& view = document.json["bufferViews"][part["bufferView"].get<std::size_t>()];
+  const Json& view = view_of(document, part);
   const Bytes& buffer = document.buffers[view["buffer"].get<std::size_t>()];
   return buffer.data() + unsigned_field(view, "byteOffset") + unsigned_field(part, "byteOffset");
+}
+
+Status check_data(const Document& document, std::uint32_t accessor, const JsonPath& user) {
+  if (const Json* part = part_without_data(document, document.json["accessors"][accessor])) {
+    return malformed(user.text(), "accessor " + std::to_string(accessor) + " is stored in buffer " +
+                                      view_of(document, *part)["buffer"].dump() +
+                                      ", which has no data");
+  }
+  return {};
 }
 
 Result<Elements> elements_of(const Document& document, std::uint32_t accessor) {
@@ -33,10 +64,13 @@ Result<Elements> elements_of(const Document& document, std::uint32_t accessor) {
   if (!layout) {
     return malformed(accessor_place(document, accessor), "the accessor has an unknown type");
   }
+  if (part_without_data(document, json) != nullptr) {
+    return malformed(accessor_place(document, accessor), "the accessor's buffer has no data");
+  }
   Elements elements;
   elements.layout = *layout;
   if (json.contains("bufferView")) {
-    const Json& view = document.json["bufferViews"][json["bufferView"].get<std::size_t>()];
+    const Json& view = view_of(document, json);
     elements.data = view_data(document, json);
     elements.stride = unsigned_field(view, "byteStride", layout->element_bytes);
   }
@@ -91,7 +125,7 @@ Status check_sparse_indices(const Document& document) {
   const Json& accessors = list_field(document.json, "accessors");
   for (std::uint32_t i = 0; i < accessors.size(); ++i) {
     const std::optional<Layout> layout = layout_of(accessors[i]);
-    if (!layout) continue;
+    if (!layout || part_without_data(document, accessors[i]) != nullptr) continue;
     std::uint64_t least = 0;
     bool ascending = true;
     for_each_sparse(document, i, *layout, [&](std::uint32_t index, const std::byte*) {

@@ -9,8 +9,7 @@
 #include "core/gltf/fields.h"
 #include "core/gltf/layout.h"
 
-/// Raw access to the elements of accessors that check_accessors() and check_data_present() have
-/// accepted.
+/// Raw access to the elements of accessors that check_accessors() has accepted.
 namespace lightbatch::gltf {
 
 std::string accessor_place(const Document& document, std::uint32_t accessor);
@@ -38,7 +37,11 @@ struct Elements {
   std::uint64_t stride = 0;
 };
 
-/// INPUT_MALFORMED when the accessor's type is unknown.
+/// Buffers without data are allowed as long as nothing follows an accessor into them: this is the
+/// question to ask before. INPUT_MALFORMED at `user` when the accessor has no bytes to read.
+Status check_data(const Document& document, std::uint32_t accessor, const JsonPath& user);
+
+/// INPUT_MALFORMED when the accessor's type is unknown, or its data missing.
 Result<Elements> elements_of(const Document& document, std::uint32_t accessor);
 
 /// Calls use(element index, bytes of the replacement) for each sparse value.

@@ -147,9 +147,13 @@ Status load_images(Document& document, const JsonPath& root, ResourceLoader& loa
       }
       const Json& view = views[view_index];
       const Bytes& buffer = document.buffers[view["buffer"].get<std::size_t>()];
+      const std::uint64_t length = unsigned_field(view, "byteLength");
+      if (buffer.size() < unsigned_field(view, "byteOffset") + length) {
+        document.warnings.push_back(path.text() + ": the image's buffer has no data");
+        continue;
+      }
       const auto first =
           buffer.begin() + static_cast<std::ptrdiff_t>(unsigned_field(view, "byteOffset"));
-      const std::uint64_t length = unsigned_field(view, "byteLength");
       LB_RETURN_IF_ERROR(loader.spend(length, path.text()));
       document.images[i].assign(first, first + static_cast<std::ptrdiff_t>(length));
     } else if (uri != images[i].end()) {
@@ -166,35 +170,6 @@ Status load_images(Document& document, const JsonPath& root, ResourceLoader& loa
                                   ": not loaded: nothing uses it, and its uri is not relative");
     } else {
       document.warnings.push_back(path.text() + ": the image has neither a uri nor a bufferView");
-    }
-  }
-  return {};
-}
-
-Status check_data_present(const Document& document, const JsonPath& root) {
-  const Json& views = list_field(document.json, "bufferViews");
-  const auto check = [&](const Json& user, const JsonPath& path) -> Status {
-    const std::uint32_t view = index_field(user, "bufferView");
-    if (view == kAbsent) return {};
-    const std::size_t buffer = views[view]["buffer"].get<std::size_t>();
-    if (document.buffers[buffer].size() >=
-        unsigned_field(views[view], "byteLength") + unsigned_field(views[view], "byteOffset")) {
-      return {};
-    }
-    return malformed(path.text(),
-                     "is stored in buffer " + std::to_string(buffer) + ", which has no data");
-  };
-  constexpr const char* kAccessors = "accessors";
-  for (const char* name : {kAccessors, "images"}) {
-    const Json& users = list_field(document.json, name);
-    const JsonPath list(root, name);
-    for (std::size_t i = 0; i < users.size(); ++i) {
-      const JsonPath path(list, i);
-      LB_RETURN_IF_ERROR(check(users[i], path));
-      const auto sparse = users[i].find("sparse");
-      if (sparse == users[i].end() || name != kAccessors) continue;
-      LB_RETURN_IF_ERROR(check((*sparse)["indices"], path));
-      LB_RETURN_IF_ERROR(check((*sparse)["values"], path));
     }
   }
   return {};

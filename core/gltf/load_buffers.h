@@ -38,7 +38,4 @@ Status load_buffers(Document& document, const JsonPath& root,
 /// Fills document.images with encoded bytes; to be called when buffers are in plain form.
 Status load_images(Document& document, const JsonPath& root, ResourceLoader& loader);
 
-/// Accessors and images do not use buffers that have no data.
-Status check_data_present(const Document& document, const JsonPath& root);
-
 }  // namespace lightbatch::gltf

@@ -3,8 +3,10 @@
 
 #include "core/base/hash.h"
 #include "core/gltf/check_animation.h"
+#include "core/gltf/check_cameras_lights.h"
 #include "core/gltf/check_meshes.h"
 #include "core/gltf/check_nodes.h"
+#include "core/gltf/check_version.h"
 #include "core/gltf/document.h"
 #include "core/gltf/draco_decode.h"
 #include "core/gltf/draco_header.h"
@@ -28,6 +30,9 @@ constexpr std::uint64_t kJsonMemory = std::uint64_t{1} << 30;
 constexpr std::uint64_t kFreeZeroBytes = std::uint64_t{16} << 20;
 constexpr std::uint64_t kZeroBytesPerByte = 16;
 
+/// A broken file must not turn into an endless report.
+constexpr std::size_t kMostWarnings = 100;
+
 bool looks_like_json(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   return first != std::string_view::npos && text[first] == '{';
@@ -44,47 +49,6 @@ Status refuse_other_formats(std::span<const std::byte> file, const std::string& 
   return malformed(name + "@0", "the file is neither .glb nor glTF JSON");
 }
 
-/// "2.x" is read; other major versions are refused.
-Status check_version(const Json& json, const JsonPath& root, std::vector<std::string>& warnings) {
-  const Json& asset = json["asset"];
-  const auto version = [](const std::string& text, int* major, int* minor) {
-    const std::size_t dot = text.find('.');
-    const auto number = [](std::string_view digits, int* out) {
-      if (digits.empty() || digits.size() > 4) return false;
-      *out = 0;
-      for (const char c : digits) {
-        if (c < '0' || c > '9') return false;
-        *out = *out * 10 + (c - '0');
-      }
-      return true;
-    };
-    return dot != std::string::npos && number(std::string_view(text).substr(0, dot), major) &&
-           number(std::string_view(text).substr(dot + 1), minor);
-  };
-  int major = 0;
-  int minor = 0;
-  const std::string place = root.text() + "/asset/version";
-  if (!version(asset["version"].get<std::string>(), &major, &minor)) {
-    return malformed(place, "the version must look like \"2.0\"");
-  }
-  if (major != 2) {
-    return unsupported(place, "glTF " + std::to_string(major) + "." + std::to_string(minor) +
-                                  "; only glTF 2 can be read");
-  }
-  if (!asset.contains("minVersion")) return {};
-  int least_major = 0;
-  int least_minor = 0;
-  const std::string least_place = root.text() + "/asset/minVersion";
-  if (!version(asset["minVersion"].get<std::string>(), &least_major, &least_minor)) {
-    return malformed(least_place, "the version must look like \"2.0\"");
-  }
-  if (least_major > 2) return unsupported(least_place, "the scene needs a later glTF version");
-  if (least_minor > minor) {
-    warnings.push_back(least_place + ": minVersion is greater than version");
-  }
-  return {};
-}
-
 Status check_zero_bytes(std::uint64_t zero_bytes, const Document& document, const JsonPath& root) {
   std::uint64_t allowed = kFreeZeroBytes;
   for (const Bytes& buffer : document.buffers) allowed += kZeroBytesPerByte * buffer.size();
@@ -99,8 +63,10 @@ Status unpack(Document& document, std::optional<std::span<const std::byte>> bina
               ResourceLoader& loader, const ReadLimits& limits) {
   const JsonPath root(document.name);
   std::vector<std::string>& warnings = document.warnings;
-  LB_RETURN_IF_ERROR(check_schema(document.json, root, warnings));
   LB_RETURN_IF_ERROR(check_version(document.json, root, warnings));
+  LB_RETURN_IF_ERROR(check_schema(document.json, root, warnings));
+  LB_RETURN_IF_ERROR(check_cameras(document.json, root, warnings));
+  LB_RETURN_IF_ERROR(check_lights(document.json, root, warnings));
   LB_RETURN_IF_ERROR(check_required_extensions(document.json, root, warnings));
   LB_RETURN_IF_ERROR(check_nodes(document.json, root, limits.nodes, warnings));
   LB_RETURN_IF_ERROR(check_buffer_views(document.json, root, warnings));
@@ -114,12 +80,11 @@ Status unpack(Document& document, std::optional<std::span<const std::byte>> bina
   std::uint64_t zero_bytes = 0;
   LB_RETURN_IF_ERROR(check_accessors(document.json, root, &zero_bytes, warnings));
   LB_RETURN_IF_ERROR(check_zero_bytes(zero_bytes, document, root));
-  LB_RETURN_IF_ERROR(check_data_present(document, root));
   LB_RETURN_IF_ERROR(check_sparse_indices(document));
   LB_RETURN_IF_ERROR(check_meshes(document, root, warnings));
-  LB_RETURN_IF_ERROR(check_instancing(document.json, root));
-  LB_RETURN_IF_ERROR(check_animations(document.json, root));
-  LB_RETURN_IF_ERROR(check_skins(document.json, root));
+  LB_RETURN_IF_ERROR(check_instancing(document, root));
+  LB_RETURN_IF_ERROR(check_animations(document, root));
+  LB_RETURN_IF_ERROR(check_skins(document, root));
   return load_images(document, root, loader);
 }
 
@@ -155,6 +120,11 @@ Result<Document> read_document(const FileMap& files, const std::string& main,
                                                 chunks.json_offset));
   LB_RETURN_IF_ERROR(unpack(document, chunks.binary, glb, loader, limits));
   document.input_bytes = file.size() + loader.file_bytes();
+  if (document.warnings.size() > kMostWarnings) {
+    const std::size_t more = document.warnings.size() - kMostWarnings;
+    document.warnings.resize(kMostWarnings);
+    document.warnings.push_back("and " + std::to_string(more) + " more warnings");
+  }
   return document;
 }
 

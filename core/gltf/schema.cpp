@@ -9,8 +9,6 @@ namespace lightbatch::gltf {
 namespace {
 
 constexpr const char* kLightList = "lights";
-/// A broken file must not turn into a broken report.
-constexpr std::size_t kMostWarnings = 64;
 
 class Checker {
  public:
@@ -40,7 +38,7 @@ class Checker {
 
  private:
   void warn(const JsonPath& path, const std::string& message) {
-    if (warnings_.size() < kMostWarnings) warnings_.push_back(path.text() + ": " + message);
+    warnings_.push_back(path.text() + ": " + message);
   }
 
   std::uint64_t list_size(const char* list) const {
@@ -118,6 +116,12 @@ class Checker {
         return check_indices(json, property, path);
       case Kind::kIndexMap:
         return check_index_map(json, property, path);
+      case Kind::kIndexMaps:
+        LB_RETURN_IF_ERROR(check_length(json, property, path));
+        for (std::size_t i = 0; i < json.size(); ++i) {
+          LB_RETURN_IF_ERROR(check_index_map(json[i], property, JsonPath(path, i)));
+        }
+        return {};
       case Kind::kUnsigned: {
         std::uint64_t value = 0;
         if (!as_unsigned(json, &value)) {

@@ -12,13 +12,14 @@
 namespace lightbatch::gltf {
 
 enum class Kind : std::uint8_t {
-  kIndex,     // into the top-level list named by Property::list
-  kIndices,   // array of them
-  kIndexMap,  // object of them (attributes)
-  kUnsigned,  // integer in [low, high]
-  kChoice,    // one of Property::choices
-  kNumber,    // in [low, high]
-  kNumbers,   // array of `least`..`most` numbers, each in [low, high]
+  kIndex,      // into the top-level list named by Property::list
+  kIndices,    // array of them
+  kIndexMap,   // object of them (attributes)
+  kIndexMaps,  // array of such objects (morph targets)
+  kUnsigned,   // integer in [low, high]
+  kChoice,     // one of Property::choices
+  kNumber,     // in [low, high]
+  kNumbers,    // array of `least`..`most` numbers, each in [low, high]
   kBoolean,
   kText,
   kTexts,    // array of strings

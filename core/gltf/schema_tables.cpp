@@ -20,6 +20,9 @@ constexpr Property indices(const char* name, const char* list, std::size_t least
 constexpr Property index_map(const char* name, const char* list) {
   return {.name = name, .kind = Kind::kIndexMap, .list = list};
 }
+constexpr Property index_maps(const char* name, const char* list) {
+  return {.name = name, .kind = Kind::kIndexMaps, .list = list};
+}
 constexpr Property count(const char* name, double low = 0, double high = kLargestInteger) {
   return {.name = name, .kind = Kind::kUnsigned, .low = low, .high = high, .range_is_error = true};
 }
@@ -155,10 +158,9 @@ constexpr Property kMaterial[] = {object("pbrMetallicRoughness", kPbrSchema),
                                   text("name")};
 constexpr ObjectSchema kMaterialSchema{"material", kMaterial};
 
-/// Morph targets are maps too, checked with the meshes.
 constexpr Property kPrimitive[] = {required(index_map("attributes", "accessors")),
                                    index("indices", "accessors"), index("material", "materials"),
-                                   choice("mode", kModes)};
+                                   choice("mode", kModes), index_maps("targets", "accessors")};
 constexpr ObjectSchema kPrimitiveSchema{"primitive", kPrimitive};
 constexpr Property kMesh[] = {required(objects("primitives", kPrimitiveSchema)),
                               some_numbers("weights", 1 << 20), text("name")};
