@@ -52,57 +52,63 @@ std::string error_time_svg(const nlohmann::json& report) {
 }
 
 std::string accuracy_section(const Json& report) {
-  std::string html;
+  std::string tables = pairs_of(object(report, "accuracy"),
+                                {{"target", "target", Format::kPercent},
+                                 {"certified", "certified error", Format::kPercent},
+                                 {"low", "95 % interval from", Format::kPercent},
+                                 {"high", "to", Format::kPercent},
+                                 {"p95", "error of the worst 5 % above", Format::kPercent},
+                                 {"bias", "bias", Format::kPercent},
+                                 {"probes", "texels compared"}},
+                                {"passed"});
+  if (!tables.empty()) {
+    tables +=
+        "<p class=\"soft\">Texels drawn at random, uniform by area, are compared with an "
+        "independent path tracer over the same geometry. Error: root of the mean square "
+        "difference over the mean irradiance.</p>\n";
+  }
+  const std::string quote =
+      table_of(list(report, "quote"), {{"error", "expected error", Format::kPercent},
+                                       {"seconds", "expected time", Format::kSeconds},
+                                       {"low", "at least", Format::kSeconds},
+                                       {"high", "at most", Format::kSeconds}});
+  if (!quote.empty()) tables += "<h3>Price list</h3>\n" + quote;
   const Plot plot = error_time_plot(report);
-  if (!plot.series.empty()) {
-    html +=
-        drawing(plot_svg(plot),
-                "Error against time. Bars: 95 % interval of the certified error. Quoted: expected "
-                "before baking.");
-  }
-  html += table_of(list(report, "sweep"), {{"target", "target", true},
-                                           {"certified", "certified error", true},
-                                           {"low", "low (95 %)", true},
-                                           {"high", "high (95 %)", true},
-                                           {"p95", "p95", true},
-                                           {"bias", "bias", true},
-                                           {"seconds", "time", true},
-                                           {"cpu_seconds", "CPU time", true},
-                                           {"peak_bytes", "peak memory", true},
-                                           {"texels", "texels", true},
-                                           {"draws", "draws", true}});
-  if (const std::string quote = table_of(list(report, "quote"), {{"error", "expected error", true},
-                                                                 {"seconds", "expected time", true},
-                                                                 {"low", "at least", true},
-                                                                 {"high", "at most", true}});
-      !quote.empty()) {
-    html += "<h3>Price list</h3>\n" + quote;
-  }
-  if (const std::string figures = pairs_of(object(report, "accuracy")); !figures.empty()) {
-    html +=
-        "<h3>Certificate</h3>\n"
-        "<p class=\"soft\">Texels drawn at random, uniform by area, compared with an independent "
-        "path tracer over the same geometry. Error: root of the mean square difference over the "
-        "mean irradiance.</p>\n" +
-        figures;
-  }
+  std::string html =
+      beside(plot.series.empty() ? std::string()
+                                 : drawing(plot_svg(plot),
+                                           "Error against time. Bars: 95 % interval of the "
+                                           "certified error. Quoted: expected before baking."),
+             tables);
+  html += table_of(list(report, "sweep"), {{"target", "target", Format::kPercent},
+                                           {"certified", "certified error", Format::kPercent},
+                                           {"low", "low (95 %)", Format::kPercent},
+                                           {"high", "high (95 %)", Format::kPercent},
+                                           {"p95", "p95", Format::kPercent},
+                                           {"bias", "bias", Format::kPercent},
+                                           {"seconds", "time", Format::kSeconds},
+                                           {"cpu_seconds", "CPU time", Format::kSeconds},
+                                           {"peak_bytes", "peak memory"},
+                                           {"texels", "texels"},
+                                           {"draws", "draws"}});
   return section("Accuracy", html);
 }
 
 std::string time_section(const Json& report) {
+  const Json& stages = list(report, "stages");
   std::vector<Bar> bars;
-  for (const Json& stage : list(report, "stages")) {
+  for (const Json& stage : stages) {
     const auto seconds = number(stage, "seconds");
-    if (!seconds) continue;
-    bars.push_back({text(stage, "name"), *seconds, seconds_text(*seconds), 0});
+    if (seconds) bars.push_back({text(stage, "name"), *seconds, seconds_text(*seconds)});
   }
   if (bars.empty()) return {};
-  std::string html = drawing(bars_svg("time of each stage", bars), "Wall time of each stage.");
-  html += table_of(list(report, "stages"), {{"name", "stage", false},
-                                            {"seconds", "time", true},
-                                            {"cpu_seconds", "CPU time", true},
-                                            {"peak_bytes", "peak memory", true}});
-  return section("Time and memory", html);
+  const std::string table = table_of(stages, {{"name", "stage", Format::kText},
+                                              {"seconds", "time", Format::kSeconds},
+                                              {"cpu_seconds", "CPU time", Format::kSeconds},
+                                              {"peak_bytes", "peak memory"}});
+  return section(
+      "Time and memory",
+      beside(drawing(bars_svg("time of each stage", bars), "Wall time of each stage."), table));
 }
 
 }  // namespace lightbatch::report

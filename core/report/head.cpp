@@ -52,8 +52,10 @@ std::string facts(const Json& report) {
   add("total/peak_bytes", bytes_text, "peak memory");
   add("scene/triangles", count_text, "triangles");
   add("lightmaps/texels", count_text, "texels");
-  const auto before = number(report, "batches/before/draws");
-  const auto after = number(report, "batches/after/draws");
+  // All draws of the scene where they are told, else those of a view.
+  const bool all = number(report, "batches/after/all_draws").has_value();
+  const auto before = number(report, all ? "batches/before/all_draws" : "batches/before/draws");
+  const auto after = number(report, all ? "batches/after/all_draws" : "batches/after/draws");
   if (before && after) {
     html += fact(count_text(*before) + " → " + count_text(*after), "draw calls");
   }

@@ -65,16 +65,21 @@ std::string plan_section(const Json& report) {
 }
 
 std::string lightmap_section(const Json& report, const std::vector<Picture>& pictures) {
-  std::string html = pairs_of(object(report, "lightmaps"), {"pages"});
+  std::string html = pairs_of(object(report, "lightmaps"),
+                              {{"texels_per_metre_asked", "texels per metre, asked"},
+                               {"texels_per_metre_given", "texels per metre, given"},
+                               {"texels", "texels"},
+                               {"charts", "charts"},
+                               {"utilisation", "utilisation"}},
+                              {"pages"});
   const Json& pages = list(report, "lightmaps/pages");
-  const std::string table =
-      table_of(pages, with_further(pages, {{"name", "page", false},
-                                           {"width", "width", true},
-                                           {"height", "height", true},
-                                           {"texels", "texels", true},
-                                           {"charts", "charts", true},
-                                           {"utilisation", "utilisation", true},
-                                           {"intensity", "scale to lux", true}}));
+  const std::string table = table_of(pages, with_further(pages, {{"name", "page", Format::kText},
+                                                                 {"width", "width"},
+                                                                 {"height", "height"},
+                                                                 {"texels", "texels"},
+                                                                 {"charts", "charts"},
+                                                                 {"utilisation", "utilisation"},
+                                                                 {"intensity", "scale to lux"}}));
   if (!table.empty()) html += "<h3>Pages</h3>\n" + table;
   html += pictures_of(pictures, PictureKind::kLightmap);
   return section("Lightmaps", html);
@@ -82,7 +87,9 @@ std::string lightmap_section(const Json& report, const std::vector<Picture>& pic
 
 std::string radiosity_section(const Json& report) {
   const Json& radiosity = object(report, "radiosity");
-  std::string html = pairs_of(radiosity, {"residuals"});
+  std::string html = pairs_of(
+      radiosity, {{"mode", "mode"}, {"elements", "elements"}, {"iterations", "iterations"}},
+      {"residuals"});
   Plot plot;
   plot.title = "residual by iteration";
   plot.x = {"iteration", Unit::kNumber, false, true};
@@ -96,7 +103,7 @@ std::string radiosity_section(const Json& report) {
   if (series.points.size() > 1) {
     plot.series.push_back(std::move(series));
     plot.height = 260;
-    html += drawing(plot_svg(plot), "What is left unbalanced after each iteration.");
+    html = beside(drawing(plot_svg(plot), "What is left unbalanced after each iteration."), html);
   }
   return section("Radiosity", html);
 }

@@ -5,6 +5,17 @@
 #include "core/report/text.h"
 
 namespace lightbatch::report {
+namespace {
+
+std::string formatted(const Column& column, const Json& value) {
+  if (value.is_number()) {
+    if (column.format == Format::kPercent) return percent_text(value.get<double>());
+    if (column.format == Format::kSeconds) return seconds_text(value.get<double>());
+  }
+  return value_text(column.key, value);
+}
+
+}  // namespace
 
 std::string section(std::string_view title, const std::string& html) {
   if (html.empty()) return {};
@@ -40,8 +51,9 @@ std::string table_of(const Json& rows, const std::vector<Column>& columns) {
   if (held.empty()) return {};
   std::string html = "<div class=\"wide\"><table>\n<thead><tr>";
   for (const Column& column : held) {
-    html += std::string("<th scope=\"col\"") + (column.numeric ? " class=\"n\">" : ">") +
-            escape(column.title) + "</th>";
+    html += std::string("<th scope=\"col\"") +
+            (column.format == Format::kText ? ">" : " class=\"n\">") + escape(column.title) +
+            "</th>";
   }
   html += "</tr></thead>\n<tbody>\n";
   std::size_t shown = 0;
@@ -50,8 +62,8 @@ std::string table_of(const Json& rows, const std::vector<Column>& columns) {
     html += "<tr>";
     for (const Column& column : held) {
       const Json* value = find(row, column.key);
-      html += column.numeric ? "<td class=\"n\">" : "<td>";
-      html += (value == nullptr ? "" : escape(value_text(column.key, *value))) + "</td>";
+      html += column.format == Format::kText ? "<td>" : "<td class=\"n\">";
+      html += (value == nullptr ? "" : escape(formatted(column, *value))) + "</td>";
     }
     html += "</tr>\n";
   }
@@ -63,18 +75,29 @@ std::string table_of(const Json& rows, const std::vector<Column>& columns) {
   return html;
 }
 
-std::string pairs_of(const Json& object, const std::set<std::string>& left_out) {
+std::string pairs_of(const Json& object, const std::vector<Column>& first,
+                     const std::set<std::string>& left_out) {
   if (!object.is_object()) return {};
   std::string rows;
-  for (const auto& [key, value] : object.items()) {
-    if (left_out.contains(key) || value.is_null()) continue;
-    const bool code = key.find("sha256") != std::string::npos || key.ends_with("id");
-    rows += "<tr><th scope=\"row\">" + escape(key_text(key)) + "</th><td>" +
-            (code ? "<code>" : "") + escape(value_text(key, value)) + (code ? "</code>" : "") +
-            "</td></tr>\n";
+  std::set<std::string> done = left_out;
+  const auto add = [&](const Column& column, const Json& value) {
+    if (!done.insert(column.key).second || value.is_null()) return;
+    const bool code = column.key.find("sha256") != std::string::npos || column.key == "id";
+    rows += "<tr><th scope=\"row\">" + escape(column.title) + "</th><td>" + (code ? "<code>" : "") +
+            escape(formatted(column, value)) + (code ? "</code>" : "") + "</td></tr>\n";
+  };
+  for (const Column& column : first) {
+    if (const Json* value = find(object, column.key)) add(column, *value);
   }
+  for (const auto& [key, value] : object.items()) add({key, key_text(key)}, value);
   if (rows.empty()) return {};
   return "<table class=\"pairs\"><tbody>\n" + rows + "</tbody></table>\n";
+}
+
+std::string beside(const std::string& drawing_html, const std::string& tables_html) {
+  if (drawing_html.empty() || tables_html.empty()) return drawing_html + tables_html;
+  return "<div class=\"beside\"><div>" + drawing_html + "</div><div>" + tables_html +
+         "</div></div>\n";
 }
 
 std::vector<Column> with_further(const Json& rows, std::vector<Column> columns) {
@@ -83,7 +106,7 @@ std::vector<Column> with_further(const Json& rows, std::vector<Column> columns) 
     for (const auto& [key, value] : row.items()) {
       const auto named = [&key = key](const Column& column) { return column.key == key; };
       if (value.is_structured() || std::any_of(columns.begin(), columns.end(), named)) continue;
-      columns.push_back({key, key_text(key), value.is_number()});
+      columns.push_back({key, key_text(key), value.is_number() ? Format::kNumber : Format::kText});
     }
   }
   return columns;

@@ -30,6 +30,11 @@ std::string line(double x0, double y0, double x1, double y1, const std::string& 
          "\" x2=\"" + coordinate(x1) + "\" y2=\"" + coordinate(y1) + "\"/>\n";
 }
 
+std::string circle(double x, double y, double radius, const std::string& kind) {
+  return "<circle class=\"" + kind + "\" cx=\"" + coordinate(x) + "\" cy=\"" + coordinate(y) +
+         "\" r=\"" + coordinate(radius) + "\"/>\n";
+}
+
 std::string rectangle(double x, double y, double width, double height, const std::string& kind) {
   return "<rect class=\"" + kind + "\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) +
          "\" width=\"" + coordinate(std::max(0.0, width)) + "\" height=\"" + coordinate(height) +
@@ -54,7 +59,7 @@ class PlotDrawing {
  public:
   explicit PlotDrawing(const Plot& plot)
       : plot_(plot),
-        x_(plot.x, values_of(plot, false), std::max(2, plot.width / 110)),
+        x_(plot.x, values_of(plot, false), std::max(2, plot.width / 80)),
         y_(plot.y, values_of(plot, true), std::max(2, plot.height / 55)) {
     double widest = 0;
     for (const double tick : y_.ticks()) widest = std::max(widest, text_width(y_.name(tick)));
@@ -100,7 +105,8 @@ class PlotDrawing {
   void draw_axes() {
     for (const double tick : x_.ticks()) {
       out_ += line(px(tick), top_, px(tick), bottom_, "grid");
-      out_ += label(px(tick), bottom_ + 17, "middle", x_.name(tick));
+      const double half = text_width(x_.name(tick)) / 2;
+      out_ += label(std::min(px(tick), plot_.width - half), bottom_ + 17, "middle", x_.name(tick));
     }
     for (const double tick : y_.ticks()) {
       out_ += line(left_, py(tick), right_, py(tick), "grid");
@@ -136,9 +142,8 @@ class PlotDrawing {
       if (point.low < point.high && y_.shows(point.low) && y_.shows(point.high)) {
         dots += line(px(point.x), py(point.low), px(point.x), py(point.high), "bar " + colour);
       }
-      dots += "<circle class=\"dot " + colour + "\" cx=\"" + coordinate(px(point.x)) + "\" cy=\"" +
-              coordinate(py(point.y)) + "\" r=\"" + (series.points.size() > 60 ? "1.5" : "3.5") +
-              "\"/>\n";
+      dots +=
+          circle(px(point.x), py(point.y), series.points.size() > 60 ? 1.5 : 3.5, "dot " + colour);
     }
     if (path.empty()) return false;
     if (series.line) {
@@ -154,7 +159,11 @@ class PlotDrawing {
     for (std::size_t i = 0; i < plot_.series.size(); ++i) {
       const Series& series = plot_.series[i];
       const std::string colour = colour_class(i);
-      out_ += line(x, 14, x + 20, 14, "line " + colour + (series.dashed ? " dashed" : ""));
+      if (series.line) {
+        out_ += line(x, 14, x + 20, 14, "line " + colour + (series.dashed ? " dashed" : ""));
+      } else {
+        out_ += circle(x + 12, 14, 3.5, "dot " + colour);
+      }
       out_ += label(x + 26, 18, "start", series.name, "name");
       x += 46 + text_width(series.name);
     }
@@ -191,7 +200,6 @@ std::string bars_svg(const std::string& title, const std::vector<Bar>& bars, int
     out += label(left - 8, y + 14, "end", bar.label, "name");
     out += rectangle(left, y, length, kRow - 8, "track");
     out += rectangle(left, y, std::max(1.0, size(bar.value)), kRow - 8, "fill c0");
-    if (bar.inner > 0) out += rectangle(left, y + 11, size(bar.inner), kRow - 19, "fill c1");
     out += label(left + size(bar.value) + 8, y + 14, "start", bar.text, "tick");
   }
   return out + "</svg>\n";
@@ -211,7 +219,7 @@ std::string gauge_svg(const Gauge& gauge, int width) {
   if (gauge.low < gauge.high) {
     out += rectangle(px(gauge.low), 34, px(gauge.high) - px(gauge.low), 12, "interval");
   }
-  out += "<circle class=\"value\" cx=\"" + coordinate(px(gauge.value)) + "\" cy=\"40\" r=\"8\"/>\n";
+  out += circle(px(gauge.value), 40, 8, "value");
   if (aimed) {
     out += line(px(gauge.target), 26, px(gauge.target), 54, "mark");
     out += label(std::clamp(px(gauge.target), left + 50, right - 50), 19, "middle",

@@ -53,7 +53,6 @@ struct Bar {
   std::string label;
   double value = 0;
   std::string text;  // beside the bar
-  double inner = 0;  // a darker part of the bar, when above 0
 };
 /// Horizontal bars, one below the other.
 std::string bars_svg(const std::string& title, const std::vector<Bar>& bars, int width = 640);

@@ -33,7 +33,7 @@ std::string batch_curve(const Json& curve) {
   Plot plot;
   plot.title = "draws against triangles of cuts through the hierarchy";
   plot.x = {"draw calls", Unit::kNumber, true, false};
-  plot.y = {"triangles submitted, mean over the views", Unit::kNumber, true, false};
+  plot.y = {"triangles submitted (mean)", Unit::kNumber, true, false};
   Series cuts{"cuts", {}, true, false}, chosen{"chosen", {}, false, false};
   for (const Json& row : curve) {
     const auto draws = number(row, "draws"), triangles = number(row, "triangles");
@@ -55,9 +55,9 @@ std::string level_plots(const Json& levels) {
   Plot plot;
   plot.title = "surface area and void by level";
   plot.x = {"level", Unit::kNumber, false, true};
-  plot.y = {"share", Unit::kPercent, false, true};
-  Series area{"area of the boxes, of the root's", {}, true, false};
-  Series empty{"void of the boxes", {}, true, false};
+  plot.y = {"ratio", Unit::kNumber, false, true};
+  Series area{"area of the boxes over the root's", {}, true, false};
+  Series empty{"void over area of the boxes", {}, true, false};
   for (const Json& row : levels) {
     const auto level = number(row, "level");
     if (!level) continue;
@@ -74,33 +74,36 @@ std::string level_plots(const Json& levels) {
 
 std::string batches_section(const Json& report) {
   const Json& batches = object(report, "batches");
-  std::string html = before_after(batches);
-  html += batch_curve(list(batches, "curve"));
+  std::string tables = before_after(batches);
   const std::string figures =
-      pairs_of(batches, {"before", "after", "curve", "left_alone", "views"});
-  if (!figures.empty()) html += "<h3>Figures</h3>\n" + figures;
+      pairs_of(batches, {{"count", "batches"}}, {"before", "after", "curve", "left_alone"});
+  if (!figures.empty()) tables += "<h3>Figures</h3>\n" + figures;
+  std::string html = beside(batch_curve(list(batches, "curve")), tables);
   const std::string alone =
       table_of(list(batches, "left_alone"),
-               {{"name", "node", false}, {"reason", "left alone because", false}});
+               {{"name", "node", Format::kText}, {"reason", "left alone because", Format::kText}});
   if (!alone.empty()) html += "<h3>Left alone</h3>\n" + alone;
   return section("Batches", html);
 }
 
 std::string hierarchy_section(const Json& report, const std::vector<Picture>& pictures) {
   const Json& hierarchy = object(report, "hierarchy");
-  std::string html = pairs_of(hierarchy, {"levels", "compare"});
-  html += level_plots(list(hierarchy, "levels"));
+  std::string html = beside(
+      level_plots(list(hierarchy, "levels")),
+      pairs_of(hierarchy,
+               {{"sah_cost", "SAH cost"}, {"depth", "depth"}, {"build_seconds", "time to build"}},
+               {"levels", "compare"}));
   const Json& levels = list(hierarchy, "levels");
-  const std::string table = table_of(
-      levels, with_further(levels, {{"level", "level", true},
-                                    {"nodes", "nodes", true},
-                                    {"area", "area, of the root's", true},
-                                    {"void_share", "void", true},
-                                    {"triangles_most", "most triangles in a node", true}}));
+  const std::string table =
+      table_of(levels, with_further(levels, {{"level", "level"},
+                                             {"nodes", "nodes"},
+                                             {"area", "area, of the root's"},
+                                             {"void_share", "void"},
+                                             {"triangles_most", "most triangles in a node"}}));
   if (!table.empty()) html += "<h3>Levels</h3>\n" + table;
   const Json& compare = list(hierarchy, "compare");
   const std::string peers =
-      table_of(compare, with_further(compare, {{"builder", "builder", false}}));
+      table_of(compare, with_further(compare, {{"builder", "builder", Format::kText}}));
   if (!peers.empty()) html += "<h3>Beside other builders</h3>\n" + peers;
   html += pictures_of(pictures, PictureKind::kHierarchy);
   return section("Hierarchy", html);
@@ -112,9 +115,9 @@ std::string scene_section(const Json& report) {
     if (!pairs.empty()) html += "<div><h3>" + escape(title) + "</h3>\n" + pairs + "</div>\n";
   };
   add("Scene", pairs_of(object(report, "scene")));
-  add("Input", pairs_of(object(report, "input"), {"files"}) +
+  add("Input", pairs_of(object(report, "input"), {{"name", "name"}}, {"files"}) +
                    table_of(list(report, "input/files"),
-                            {{"name", "file", false}, {"bytes", "size", true}}));
+                            {{"name", "file", Format::kText}, {"bytes", "size"}}));
   add("Options", pairs_of(object(report, "options")));
   add("Build", pairs_of(object(report, "build")));
   if (html.empty()) return {};

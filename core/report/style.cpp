@@ -60,20 +60,25 @@ section,header{background:var(--card);border:1px solid var(--faint);border-radiu
 .fact b{display:block;font-size:1.25rem;line-height:1.3;font-variant-numeric:tabular-nums}
 .fact span{color:var(--soft);font-size:.85rem}
 .columns{display:grid;grid-template-columns:repeat(auto-fit,minmax(320px,1fr));gap:8px 32px}
+.beside{display:flex;flex-wrap:wrap;gap:8px 32px;margin:0 0 14px}
+.beside>*{flex:1 1 380px;min-width:0}
+.beside>:first-child{flex:1 1 480px}
 .wide{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-size:.9rem}
 th,td{text-align:left;vertical-align:top;padding:6px 14px 6px 0;border-bottom:1px solid var(--faint)}
-tr:last-child>*{border-bottom:0}
+tbody tr:last-child>*{border-bottom:0}
+td:last-child,th:last-child{padding-right:0}
 thead th{color:var(--soft);font-weight:600;white-space:nowrap}
 tbody th{font-weight:500}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+table.pairs{max-width:680px}
 table.pairs th{color:var(--soft);font-weight:400;width:42%}
 table.pairs td{overflow-wrap:anywhere}
 .tag{display:inline-block;border-radius:5px;padding:0 8px;font-size:.8rem;font-weight:650}
 .tag.on{color:var(--good);background:var(--good-soft)}
 .tag.off{color:var(--soft);background:var(--track)}
 tr.off>*{color:var(--soft)}
-.meter{display:block;height:6px;width:90px;border-radius:3px;background:var(--track);margin-top:5px}
+.meter{display:block;height:6px;width:90px;border-radius:3px;background:var(--track);margin:5px 0 0 auto}
 .meter i{display:block;height:100%;border-radius:3px;background:var(--c0)}
 ul.plain{margin:0;padding:0;list-style:none}
 .warnings{border-color:var(--bad)}

@@ -83,12 +83,21 @@ std::string Scale::name(double tick) const {
   return unit_text(axis_.unit, std::abs(tick) < zero ? 0 : tick);
 }
 
+namespace {
+
+/// Ticks are round numbers: "500 ms", "2 s", "1,000 s".
+std::string tick_seconds(double value) {
+  return std::abs(value) < 1 ? seconds_text(value) : count_text(value) + " s";
+}
+
+}  // namespace
+
 std::string unit_text(Unit unit, double value) {
   switch (unit) {
     case Unit::kPercent:
       return percent_text(value);
     case Unit::kSeconds:
-      return value == 0 ? "0" : seconds_text(value);
+      return value == 0 ? "0" : value < 10'000 ? tick_seconds(value) : seconds_text(value);
     case Unit::kBytes:
       return bytes_text(value);
     case Unit::kNumber:

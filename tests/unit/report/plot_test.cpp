@@ -92,7 +92,7 @@ TEST(Plot, SaysWhenThereIsNothing) {
 }
 
 TEST(Bars, LengthsAreInProportion) {
-  const std::string svg = bars_svg("t", {{"a", 1, "1", 0}, {"b", 4, "4", 0}, {"c", kNan, "-", 0}});
+  const std::string svg = bars_svg("t", {{"a", 1, "1"}, {"b", 4, "4"}, {"c", kNan, "-"}});
   EXPECT_EQ(tag_fault(svg), "");
   std::vector<double> widths;
   for (std::size_t at = svg.find("class=\"fill c0\""); at != std::string::npos;
