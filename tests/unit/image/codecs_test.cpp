@@ -1,6 +1,18 @@
 #include "core/image/codecs.h"
 
+// clang-format off
 #include <gtest/gtest.h>
+#include <webp/encode.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+#include <vector>
+
+#include <jpeglib.h>  // needs size_t and FILE
+// clang-format on
 
 namespace lightbatch::image {
 namespace {
@@ -19,6 +31,46 @@ Image8 test_image(int width, int height) {
   return image;
 }
 
+Bytes jpeg_of(const Image8& image) {
+  jpeg_compress_struct info{};
+  jpeg_error_mgr errors{};
+  info.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&info);
+  unsigned char* out = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&info, &out, &size);
+  info.image_width = static_cast<JDIMENSION>(image.width);
+  info.image_height = static_cast<JDIMENSION>(image.height);
+  info.input_components = 4;
+  info.in_color_space = JCS_EXT_RGBA;
+  jpeg_set_defaults(&info);
+  jpeg_set_quality(&info, 98, TRUE);
+  jpeg_start_compress(&info, TRUE);
+  while (info.next_scanline < info.image_height) {
+    std::vector<std::uint8_t> row(
+        image.pixel(0, static_cast<int>(info.next_scanline)),
+        image.pixel(0, static_cast<int>(info.next_scanline)) + 4 * image.width);
+    JSAMPROW rows = row.data();
+    jpeg_write_scanlines(&info, &rows, 1);
+  }
+  jpeg_finish_compress(&info);
+  jpeg_destroy_compress(&info);
+  const auto* first = reinterpret_cast<const std::byte*>(out);
+  Bytes bytes(first, first + size);
+  std::free(out);
+  return bytes;
+}
+
+Bytes webp_of(const Image8& image) {
+  std::uint8_t* out = nullptr;
+  const std::size_t size =
+      WebPEncodeLosslessRGBA(image.rgba.data(), image.width, image.height, 4 * image.width, &out);
+  const auto* first = reinterpret_cast<const std::byte*>(out);
+  Bytes bytes(first, first + size);
+  WebPFree(out);
+  return bytes;
+}
+
 TEST(Png, RoundTripsEveryPixel) {
   const Image8 image = test_image(37, 19);
   const Bytes bytes = encode_png(image, true);
@@ -28,6 +80,152 @@ TEST(Png, RoundTripsEveryPixel) {
   EXPECT_EQ(decoded->width, 37);
   EXPECT_EQ(decoded->height, 19);
   EXPECT_EQ(decoded->rgba, image.rgba);
+}
+
+TEST(Png, WithoutAlphaKeepsColourAndIsOpaque) {
+  const Image8 image = test_image(5, 7);
+  const auto decoded = decode_image8(encode_png(image, false), "test.png");
+  ASSERT_TRUE(decoded.ok());
+  for (std::size_t i = 0; i < image.rgba.size(); ++i) {
+    EXPECT_EQ(decoded->rgba[i], i % 4 == 3 ? 255 : image.rgba[i]) << i;
+  }
+}
+
+TEST(Png, SamePixelsGiveSameBytes) {
+  const Image8 image = test_image(64, 64);
+  EXPECT_EQ(encode_png(image, true), encode_png(image, true));
+}
+
+TEST(Png, EveryTruncationIsRefused) {
+  const Bytes bytes = encode_png(test_image(9, 5), true);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const auto decoded = decode_image8(std::span(bytes).first(size), "cut.png");
+    EXPECT_FALSE(decoded.ok()) << size;
+  }
+}
+
+TEST(Png, DamagedBytesNeverCrash) {
+  const Bytes bytes = encode_png(test_image(9, 5), true);
+  for (std::size_t i = 8; i < bytes.size(); ++i) {
+    Bytes damaged = bytes;
+    damaged[i] ^= std::byte{0x55};
+    const auto decoded = decode_image8(damaged, "damaged.png");
+    if (decoded.ok()) {
+      EXPECT_EQ(decoded->rgba.size(), 4u * 9u * 5u);
+    }
+  }
+}
+
+TEST(Decode, LargeHeaderIsRefusedBeforeAllocation) {
+  // A PNG header that claims 60000 x 60000 pixels: 14 GiB if believed.
+  Bytes bytes = encode_png(test_image(4, 4), true);
+  for (const std::size_t at : {16u, 20u}) {
+    bytes[at + 2] = std::byte{0xea};
+    bytes[at + 3] = std::byte{0x60};
+  }
+  // The checksum of the header is wrong now; libpng says so, or the size check does.
+  EXPECT_FALSE(decode_image8(bytes, "bomb.png").ok());
+  const auto refused = decode_image8(encode_png(test_image(40, 40), true), "large.png", 1599);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.status().reason(), "INPUT_OVER_BUDGET");
+  EXPECT_EQ(refused.status().place(), "large.png");
+}
+
+TEST(Jpeg, DecodesCloseToTheOriginal) {
+  Image8 image = test_image(32, 32);
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 32; ++x) {
+      std::uint8_t* pixel = image.rgba.data() + 4 * (y * 32 + x);
+      pixel[0] = static_cast<std::uint8_t>(x * 8);
+      pixel[1] = static_cast<std::uint8_t>(y * 8);
+      pixel[2] = 100;
+    }
+  }
+  const auto decoded = decode_image8(jpeg_of(image), "test.jpg");
+  ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
+  ASSERT_EQ(decoded->width, 32);
+  for (std::size_t i = 0; i < image.rgba.size(); ++i) {
+    // Smooth ramps at quality 98 with halved chroma: a few steps of 255.
+    const int expected = i % 4 == 3 ? 255 : image.rgba[i];
+    EXPECT_NEAR(decoded->rgba[i], expected, 6) << i;
+  }
+}
+
+TEST(Jpeg, TruncationIsRefused) {
+  const Bytes bytes = jpeg_of(test_image(32, 32));
+  for (std::size_t size = 0; size + 2 < bytes.size(); size += 3) {
+    EXPECT_FALSE(decode_image8(std::span(bytes).first(size), "cut.jpg").ok()) << size;
+  }
+}
+
+TEST(Webp, LosslessRoundTripsAndTruncationIsRefused) {
+  Image8 image = test_image(21, 13);
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4)
+    image.rgba[i] |= 1;  // no fully clear pixel
+  const Bytes bytes = webp_of(image);
+  const auto decoded = decode_image8(bytes, "test.webp");
+  ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
+  EXPECT_EQ(decoded->rgba, image.rgba);
+  for (std::size_t size = 0; size < bytes.size() - 8; size += 5) {
+    EXPECT_FALSE(decode_image8(std::span(bytes).first(size), "cut.webp").ok()) << size;
+  }
+}
+
+TEST(Decode, OtherFormatsAreNamed) {
+  const std::string ktx = std::string("\xabKTX 20\xbb\r\n\x1a\n", 12) + std::string(64, '\0');
+  EXPECT_EQ(detect_format(as_bytes(ktx)), Format::kKtx2);
+  EXPECT_EQ(decode_image8(as_bytes(ktx), "t.ktx2").status().reason(), "INPUT_UNSUPPORTED");
+  EXPECT_EQ(decode_image8(as_bytes("GIF89a........"), "t.gif").status().reason(),
+            "INPUT_UNSUPPORTED");
+  EXPECT_EQ(decode_image8({}, "empty").status().reason(), "INPUT_MALFORMED");
+  EXPECT_EQ(decode_image_rgb(encode_png(test_image(2, 2), true), "sky.png").status().reason(),
+            "INPUT_UNSUPPORTED");
+}
+
+TEST(Exr, HalfRoundTripsWithinHalfPrecision) {
+  ImageRgb image(33, 9);
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 33; ++x) {
+      image.at(x, y) = {static_cast<float>(x) * 0.37f, static_cast<float>(y) * 1.9f + 0.001f,
+                        std::exp(static_cast<float>(x) * 0.3f)};
+    }
+  }
+  image.at(3, 3) = {1e9f, -1e9f, 0.0f};  // beyond half: clamped
+  std::vector<float> alpha(image.pixels.size(), 0.25f);
+  const auto bytes = encode_exr_half(image, alpha);
+  ASSERT_TRUE(bytes.ok());
+  EXPECT_EQ(*bytes, *encode_exr_half(image, alpha));
+  EXPECT_EQ(detect_format(*bytes), Format::kExr);
+  const auto decoded = decode_image_rgb(*bytes, "page.exr");
+  ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
+  ASSERT_EQ(decoded->width, 33);
+  ASSERT_EQ(decoded->height, 9);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    for (const auto& [want, got] : {std::pair{image.pixels[i].r, decoded->pixels[i].r},
+                                    std::pair{image.pixels[i].g, decoded->pixels[i].g},
+                                    std::pair{image.pixels[i].b, decoded->pixels[i].b}}) {
+      const float clamped = std::clamp(want, -65504.0f, 65504.0f);
+      // Half has 11 significant bits: half a unit of the last one.
+      EXPECT_NEAR(got, clamped, std::abs(clamped) * 0x1p-11f + 1e-7f);
+    }
+  }
+  EXPECT_FALSE(encode_exr_half(image, std::vector<float>(3)).ok());
+}
+
+TEST(Exr, TruncationAndDamageNeverCrash) {
+  const auto bytes = encode_exr_half(ImageRgb(8, 8), {});
+  ASSERT_TRUE(bytes.ok());
+  for (std::size_t size = 0; size + 1 < bytes->size(); ++size) {
+    EXPECT_FALSE(decode_image_rgb(std::span(*bytes).first(size), "cut.exr").ok()) << size;
+  }
+  for (std::size_t i = 4; i < bytes->size(); ++i) {
+    Bytes damaged = *bytes;
+    damaged[i] ^= std::byte{0x81};
+    const auto decoded = decode_image_rgb(damaged, "damaged.exr", 1 << 20);
+    if (decoded.ok()) {
+      EXPECT_LE(decoded->pixels.size(), 1u << 20);
+    }
+  }
 }
 
 }  // namespace
