@@ -1,0 +1,136 @@
+#include "core/scene_out/batch_meshes.h"
+
+#include <cmath>
+
+#include "core/scene_out/corners.h"
+#include "core/scene_out/instance_cells.h"
+#include "core/scene_out/mesh_builder.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+Json vec_json(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
+
+/// Corners of all triangles of a group, object by object.
+struct GroupCorners {
+  std::vector<CornerStream> streams;
+  std::vector<IndexRange> ranges;
+};
+
+Result<GroupCorners> gather(Writer& w, const batches::Group& group, const CornerPlan& plan,
+                            const Vec3d& frame) {
+  GroupCorners result;
+  for (const AttributeType& type : plan.types) {
+    result.streams.push_back({type, {}});
+    result.streams.back().bytes.reserve(group.triangles * 3 * type.bytes());
+  }
+  const bool lit = group.page != kNone;
+  if (lit) {
+    result.streams.push_back({{"TEXCOORD_1", 5126, false, "VEC2", 2}, {}});
+    result.streams.back().bytes.reserve(group.triangles * 3 * sizeof(Vec2f));
+  }
+  std::uint32_t corner = 0;
+  for (const batches::Piece& piece : group.pieces) {
+    const scene::Object& object = w.scene.objects[piece.object];
+    LB_ASSIGN_OR_RETURN(const SourcePrimitive* source,
+                        w.sources.get(object.mesh, object.primitive));
+    const CornerCopier copier(plan, *source, object, frame);
+    const std::uint32_t first = corner;
+    for (const batches::Range& range : piece.ranges) {
+      for (std::uint32_t t = range.first; t < range.first + range.count; ++t) {
+        for (const std::uint32_t v : w.source_vertices(*source, t)) copier.copy(v, result.streams);
+        if (lit)
+          for (const Vec2f& uv : w.uv1_of(t)) push_floats(result.streams.back().bytes, &uv.x, 2);
+        corner += 3;
+      }
+    }
+    result.ranges.push_back({piece.object, first, corner - first});
+  }
+  return result;
+}
+
+/// Where a run of indices came from, for extras.
+Json range_json(const Writer& w, std::size_t primitive, const IndexRange& range) {
+  const scene::Object& object = w.scene.objects[range.object];
+  Json json{{"primitive", primitive},
+            {"first", range.first},
+            {"count", range.count},
+            {"node", object.node},
+            {"name", object.name}};
+  if (object.instance != kNone) json["instance"] = object.instance;
+  const Json& mesh = w.document.json.at("meshes").at(object.mesh);
+  if (const Json* name = member(mesh, "name"); name != nullptr && *name != object.name)
+    json["mesh"] = *name;
+  if (const Json* extras = member(mesh, "extras")) json["mesh_extras"] = *extras;
+  const Json& source = mesh.at("primitives").at(object.primitive);
+  if (const Json* extras = member(source, "extras")) json["primitive_extras"] = *extras;
+  return json;
+}
+
+Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t max_vertices,
+                        const std::string& name) {
+  const Vec3d centre = w.scene.origin + to_double(batch.box.centre());
+  // A translation that readers with floats hold exactly.
+  const Vec3d frame = to_double(to_float(centre));
+  Json primitives = Json::array(), ranges = Json::array();
+  for (const batches::Group& group : batch.groups) {
+    const scene::Object& first = w.scene.objects[group.pieces.front().object];
+    LB_ASSIGN_OR_RETURN(const SourcePrimitive* source, w.sources.get(first.mesh, first.primitive));
+    std::uint32_t material = w.gltf_material(group.material);
+    std::uint32_t moved = kNone;
+    if (group.page != kNone) {
+      if (uses_uv_set(w.document.json, material, 1)) moved = free_uv_set(source->types);
+      material = w.materials.with_lightmap(material, group.page, moved);
+    }
+    const CornerPlan plan = plan_corners(source->types, group.page != kNone, moved);
+    LB_ASSIGN_OR_RETURN(GroupCorners corners, gather(w, group, plan, frame));
+    for (const MeshData& mesh :
+         build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices)) {
+      Json primitive = add_primitive(w.binary, mesh.types, mesh.data, mesh.indices);
+      if (material != kNone) primitive["material"] = material;
+      for (const IndexRange& r : mesh.ranges) ranges.push_back(range_json(w, primitives.size(), r));
+      primitives.push_back(std::move(primitive));
+    }
+  }
+  Json box = vec_json(w.scene.origin + to_double(batch.box.lower));
+  for (const Json& v : vec_json(w.scene.origin + to_double(batch.box.upper))) box.push_back(v);
+  const std::uint32_t mesh =
+      append(w.root, "meshes", Json{{"name", name}, {"primitives", std::move(primitives)}});
+  Json node{{"name", name}, {"mesh", mesh}};
+  if (frame != Vec3d{}) node["translation"] = vec_json(frame);
+  node["extras"]["lightbatch"] = {{"box", std::move(box)}, {"ranges", std::move(ranges)}};
+  return node;
+}
+
+}  // namespace
+
+Status add_batches(Writer& w, const batches::BatchPlan& plan, std::uint32_t scene_index) {
+  Json children = Json::array();
+  if (!plan.tree.empty()) {
+    const std::uint32_t base = count_of(w.root, "nodes");
+    children.push_back(base);
+    for (const batches::TreeNode& tree_node : plan.tree) {
+      Json node = Json::object();
+      if (tree_node.batch != kNone) {
+        LB_ASSIGN_OR_RETURN(node, batch_node(w, plan.batches[tree_node.batch], plan.max_vertices,
+                                             "batch_" + std::to_string(tree_node.batch)));
+      } else {
+        node["children"] = {base + tree_node.left, base + tree_node.right};
+      }
+      append(w.root, "nodes", std::move(node));
+    }
+  }
+  for (const batches::InstanceCell& cell : plan.cells) {
+    LB_ASSIGN_OR_RETURN(Json node, instance_node(w, cell));
+    children.push_back(append(w.root, "nodes", std::move(node)));
+  }
+  if (children.empty()) return {};
+  const std::uint32_t top =
+      append(w.root, "nodes", Json{{"name", "lightbatch"}, {"children", std::move(children)}});
+  Json& nodes = w.root["scenes"][scene_index]["nodes"];
+  if (!nodes.is_array()) nodes = Json::array();
+  nodes.push_back(top);
+  return {};
+}
+
+}  // namespace lightbatch::scene_out

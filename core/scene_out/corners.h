@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "core/math/mat.h"
+#include "core/scene_out/mesh_builder.h"
+#include "core/scene_out/writer.h"
+
+namespace lightbatch::scene_out {
+
+/// Which attributes of a source go into a world-aligned mesh, and under which names.
+struct CornerPlan {
+  std::vector<std::size_t> source;   // index into SourcePrimitive::types
+  std::vector<AttributeType> types;  // as written: POSITION becomes float
+};
+/// moved_set: where TEXCOORD_1 goes (kNone: it stays, unless drop_uv1).
+CornerPlan plan_corners(const std::vector<AttributeType>& types, bool drop_uv1,
+                        std::uint32_t moved_set);
+
+/// Appends the corner (source vertex v) of an object to the streams: position relative to `frame`,
+/// normal and tangent turned with the object, the rest as stored.
+class CornerCopier {
+ public:
+  CornerCopier(const CornerPlan& plan, const SourcePrimitive& source, const scene::Object& object,
+               const Vec3d& frame);
+  void copy(std::uint32_t vertex, std::vector<CornerStream>& streams) const;
+
+ private:
+  const CornerPlan& plan_;
+  const SourcePrimitive& source_;
+  Affine to_frame_;
+  bool mirrored_;
+};
+
+/// Bytes of a value at the end of a stream.
+void push_floats(Bytes& bytes, const float* values, std::size_t count);
+
+}  // namespace lightbatch::scene_out

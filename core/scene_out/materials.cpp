@@ -1,0 +1,91 @@
+#include "core/scene_out/materials.h"
+
+#include "core/scene_out/json_access.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+constexpr const char* kLightmap = "MOZ_lightmap";
+constexpr const char* kTransform = "KHR_texture_transform";
+
+/// The set that a textureInfo reads: KHR_texture_transform overrides texCoord.
+std::uint32_t set_of(const Json& info) {
+  if (const Json* transform = extension(info, kTransform))
+    if (const std::uint32_t set = index_at(*transform, "texCoord"); set != kNone) return set;
+  const std::uint32_t set = index_at(info, "texCoord");
+  return set == kNone ? 0 : set;
+}
+
+/// Calls visit(info) for every textureInfo below: an object with a texture index whose key ends in
+/// "Texture" (core and every KHR_materials extension name them so). Lightmaps are left out.
+template <typename J, typename Visit>
+void for_each_texture(J& json, const Visit& visit, int depth = 0) {
+  constexpr int kDeepest = 8;  // extensions of extensions; a material is 4 deep at most
+  if (!json.is_object() || depth > kDeepest) return;
+  for (auto it = json.begin(); it != json.end(); ++it) {
+    const std::string& key = it.key();
+    if (key == kLightmap || key == "extras") continue;
+    auto& value = it.value();
+    if (key.ends_with("Texture") && index_at(value, "index") != kNone) visit(value);
+    for_each_texture(value, visit, depth + 1);
+  }
+}
+
+}  // namespace
+
+bool uses_uv_set(const Json& root, std::uint32_t material, std::uint32_t set) {
+  if (material == kNone) return false;
+  bool used = false;
+  for_each_texture(root.at("materials").at(material),
+                   [&](const Json& info) { used = used || set_of(info) == set; });
+  return used;
+}
+
+Json BakedMaterials::copy_of(std::uint32_t material) const {
+  return material == kNone ? Json::object() : root_.at("materials").at(material);
+}
+
+std::uint32_t BakedMaterials::with_lightmap(std::uint32_t material, std::uint32_t page,
+                                            std::uint32_t moved_set) {
+  const auto [it, fresh] = lightmapped_.try_emplace({material, page, moved_set}, 0);
+  if (!fresh) return it->second;
+  Json clone = copy_of(material);
+  if (moved_set != kNone)
+    for_each_texture(clone, [&](Json& info) {
+      if (set_of(info) != 1) return;
+      info["texCoord"] = moved_set;
+      if (Json* transform = const_cast<Json*>(extension(info, kTransform)))
+        if (transform->contains("texCoord")) (*transform)["texCoord"] = moved_set;
+    });
+  clone["extensions"][kLightmap] = {
+      {"index", textures_.at(page)}, {"texCoord", 1}, {"intensity", intensity_.at(page)}};
+  it->second = append(root_, "materials", std::move(clone));
+  return it->second;
+}
+
+std::uint32_t BakedMaterials::unlit(std::uint32_t material, bool colour_in_vertices) {
+  const auto [it, fresh] = unlit_.try_emplace({material, colour_in_vertices}, 0);
+  if (!fresh) return it->second;
+  const Json source = copy_of(material);
+  // Only what an unlit reader looks at: other lighting extensions beside unlit are contradictions.
+  Json clone = Json::object();
+  for (const char* key : {"name", "extras", "alphaMode", "alphaCutoff", "doubleSided"})
+    if (const Json* value = member(source, key)) clone[key] = *value;
+  Json base = Json::object();
+  if (const Json* pbr = member(source, "pbrMetallicRoughness"))
+    for (const char* key : {"baseColorFactor", "baseColorTexture"})
+      if (const Json* value = member(*pbr, key)) base[key] = *value;
+  if (colour_in_vertices) {
+    const double alpha =
+        base.contains("baseColorFactor") ? base["baseColorFactor"].at(3).get<double>() : 1;
+    base["baseColorFactor"] = {1, 1, 1, alpha};
+  }
+  base["metallicFactor"] = 0;
+  base["roughnessFactor"] = 0.9;
+  clone["pbrMetallicRoughness"] = std::move(base);
+  clone["extensions"]["KHR_materials_unlit"] = Json::object();
+  it->second = append(root_, "materials", std::move(clone));
+  return it->second;
+}
+
+}  // namespace lightbatch::scene_out

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "core/gltf/document.h"
+
+namespace lightbatch::scene_out {
+
+/// Whether a texture of the material reads TEXCOORD_`set`.
+bool uses_uv_set(const gltf::Json& root, std::uint32_t material, std::uint32_t set);
+
+/// Clones of materials that carry baked light, made once each. A material index of kNone is the
+/// default material.
+class BakedMaterials {
+ public:
+  explicit BakedMaterials(gltf::Json& root) : root_(root) {}
+
+  /// Textures of the lightmap pages, in page order.
+  void set_pages(std::vector<std::uint32_t> textures, std::vector<float> intensity) {
+    textures_ = std::move(textures);
+    intensity_ = std::move(intensity);
+  }
+
+  /// The material with MOZ_lightmap of a page on texCoord 1. Where its textures used set 1, they
+  /// read `moved_set` instead (kNone: none did).
+  std::uint32_t with_lightmap(std::uint32_t material, std::uint32_t page, std::uint32_t moved_set);
+
+  /// The material as KHR_materials_unlit, to be multiplied by COLOR_0. `emission_in_colour`: the
+  /// vertex colours hold the whole colour, so the base colour factor becomes white.
+  std::uint32_t unlit(std::uint32_t material, bool colour_in_vertices);
+
+ private:
+  gltf::Json copy_of(std::uint32_t material) const;
+
+  gltf::Json& root_;
+  std::vector<std::uint32_t> textures_;
+  std::vector<float> intensity_;
+  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::uint32_t> lightmapped_;
+  std::map<std::pair<std::uint32_t, bool>, std::uint32_t> unlit_;
+};
+
+}  // namespace lightbatch::scene_out

@@ -1,0 +1,140 @@
+#include "core/scene_out/pack.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "core/scene_out/json_access.h"
+#include "core/scene_out/references.h"
+#include "core/scene_out/source_mesh.h"
+#include "core/scene_out/view_ranges.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+std::vector<bool> meshes_drawn(const Json& root) {
+  std::vector<bool> drawn(count_of(root, "meshes"), false);
+  if (const Json* nodes = member(root, "nodes"))
+    for (const Json& node : *nodes)
+      if (const std::uint32_t mesh = index_at(node, "mesh"); mesh < drawn.size())
+        drawn[mesh] = true;
+  return drawn;
+}
+
+/// Accessors that something alive reads.
+std::vector<bool> accessors_read(Json& root, const std::vector<bool>& mesh_dead) {
+  std::vector<bool> read(count_of(root, "accessors"), false);
+  const auto mark = [&](Json& slot) {
+    const auto index = slot.get<std::size_t>();
+    if (index < read.size()) read[index] = true;
+  };
+  for_each_accessor_outside_meshes(root, mark);
+  for (std::uint32_t m = 0; m < count_of(root, "meshes"); ++m)
+    if (m >= mesh_dead.size() || !mesh_dead[m]) for_each_accessor_of_mesh(root["meshes"][m], mark);
+  return read;
+}
+
+/// Removes dead entries of a list and returns the new number of each. Entries below `original` keep
+/// theirs when `stable`: the last new ones fill the gaps, and `filler` those that stay open.
+std::vector<std::uint32_t> compact(Json& list, const std::vector<bool>& dead, bool stable,
+                                   std::uint32_t original, const std::function<Json()>& filler) {
+  std::vector<std::uint32_t> number(list.size(), kNone);
+  Json kept = Json::array();
+  if (!stable) {
+    for (std::uint32_t i = 0; i < list.size(); ++i) {
+      if (dead[i]) continue;
+      number[i] = static_cast<std::uint32_t>(kept.size());
+      kept.push_back(std::move(list[i]));
+    }
+  } else {
+    auto last = static_cast<std::uint32_t>(list.size());
+    for (std::uint32_t i = 0; i < last; ++i) {
+      std::uint32_t from = i;
+      if (dead[i]) {
+        while (last > original && dead[last - 1]) --last;
+        if (last > std::max(original, i + 1)) {
+          from = --last;
+        } else if (i < original) {
+          kept.push_back(filler());
+          continue;
+        } else {
+          break;
+        }
+      }
+      number[from] = static_cast<std::uint32_t>(kept.size());
+      kept.push_back(std::move(list[from]));
+    }
+  }
+  list = std::move(kept);
+  return number;
+}
+
+void renumber(Json& slot, const std::vector<std::uint32_t>& number) {
+  const auto index = slot.get<std::size_t>();
+  if (index < number.size() && number[index] != kNone) slot = number[index];
+}
+
+void drop_if_empty(Json& root, const char* key) {
+  if (Json* list = member(root, key); list != nullptr && list->empty()) root.erase(key);
+}
+
+}  // namespace
+
+Bytes pack(Json& root, const Json& before, std::span<const Bytes* const> buffers) {
+  const Pins pins = find_pins(before);
+  for (const char* key : {"meshes", "accessors", "bufferViews"})
+    if (!root.contains(key)) root[key] = Json::array();
+
+  const std::vector<bool> drawn_before = meshes_drawn(before), drawn = meshes_drawn(root);
+  std::vector<bool> mesh_dead(drawn.size(), false);
+  for (std::uint32_t m = 0; m < drawn_before.size(); ++m)
+    mesh_dead[m] = drawn_before[m] && !drawn[m] && !pins.meshes.contains(m);
+
+  Json before_copy = before;
+  const std::vector<bool> read_before = accessors_read(before_copy, {});
+  const std::vector<bool> read = accessors_read(root, mesh_dead);
+  std::vector<bool> accessor_dead(read.size(), false);
+  for (std::uint32_t a = 0; a < read_before.size(); ++a)
+    accessor_dead[a] = read_before[a] && !read[a] && !pins.accessors.contains(a);
+
+  // A gap among pinned meshes is filled with a single point.
+  const auto mesh_filler = [&] {
+    const std::uint32_t a = append(root, "accessors",
+                                   Json{{"componentType", 5126},
+                                        {"count", 1},
+                                        {"type", "VEC3"},
+                                        {"min", {0, 0, 0}},
+                                        {"max", {0, 0, 0}}});
+    accessor_dead.push_back(false);
+    return Json{{"primitives", {{{"attributes", {{"POSITION", a}}}, {"mode", 0}}}}};
+  };
+  const auto mesh_number = compact(root["meshes"], mesh_dead, !pins.meshes.empty(),
+                                   count_of(before, "meshes"), mesh_filler);
+  if (Json* nodes = member(root, "nodes"))
+    for (Json& node : *nodes)
+      if (Json* mesh = member(node, "mesh")) renumber(*mesh, mesh_number);
+
+  const auto accessor_number = compact(
+      root["accessors"], accessor_dead, !pins.accessors.empty(), count_of(before, "accessors"), [] {
+        return Json{{"componentType", 5126}, {"count", 1}, {"type", "SCALAR"}};
+      });
+  const auto move = [&](Json& slot) { renumber(slot, accessor_number); };
+  for_each_accessor_outside_meshes(root, move);
+  for (Json& mesh : root["meshes"]) for_each_accessor_of_mesh(mesh, move);
+
+  ViewUses uses(root, pins.views);
+  std::vector<bool> view_dead(root["bufferViews"].size());
+  for (std::uint32_t v = 0; v < view_dead.size(); ++v) view_dead[v] = !uses.is_used(v);
+  Bytes binary = uses.copy_ranges(root, buffers);
+  const auto view_number = compact(root["bufferViews"], view_dead, !pins.views.empty(),
+                                   count_of(before, "bufferViews"), [] {
+                                     return Json{{"buffer", 0}, {"byteLength", 1}};
+                                   });
+  for_each_view(root, [&](Json& slot) { renumber(slot, view_number); });
+
+  for (const char* key : {"meshes", "accessors", "bufferViews"}) drop_if_empty(root, key);
+  root.erase("buffers");
+  if (!binary.empty()) root["buffers"] = Json::array({Json{{"byteLength", binary.size()}}});
+  return binary;
+}
+
+}  // namespace lightbatch::scene_out

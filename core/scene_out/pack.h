@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/bytes.h"
+#include "core/gltf/document.h"
+
+namespace lightbatch::scene_out {
+
+/// Drops what the rewrite left without a use (meshes that no node draws any more, their accessors,
+/// buffer views that nothing reads), renumbers what is left, and puts all bytes into one buffer.
+/// `before` is the document as read: what it held unused stays.
+///
+/// Extensions that are not understood may hold numbers of meshes, accessors or views. Such numbers
+/// pin what they could mean, and then nothing of that kind is renumbered: new entries take the
+/// places of dropped ones.
+///
+/// buffers: those of the document, then the new ones; views of `root` refer to them.
+Bytes pack(gltf::Json& root, const gltf::Json& before, std::span<const Bytes* const> buffers);
+
+}  // namespace lightbatch::scene_out

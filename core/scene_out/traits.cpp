@@ -1,0 +1,134 @@
+#include <map>
+#include <set>
+#include <string>
+
+#include "core/scene_out/json_access.h"
+#include "core/scene_out/materials.h"
+#include "core/scene_out/source_mesh.h"
+#include "core/scene_out/write_scene.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+// Node extensions that say nothing of how the node's mesh is drawn.
+constexpr const char* kHarmless[] = {
+    "KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_xmp",
+    "KHR_xmp_json_ld",     "OMI_physics_body",        "MOZ_hubs_components"};
+
+bool is_harmless(const std::string& name) {
+  for (const char* harmless : kHarmless)
+    if (name == harmless) return true;
+  return false;
+}
+
+/// Nodes reached from scenes other than the default one.
+std::set<std::uint32_t> nodes_of_other_scenes(const Json& root) {
+  std::set<std::uint32_t> reached;
+  const std::uint32_t named = index_at(root, "scene");
+  const std::uint32_t main = named == kNone ? 0 : named;
+  std::vector<std::uint32_t> stack;
+  const auto push = [&](const Json& json, const char* key) {
+    if (const Json* list = member(json, key))
+      for (const Json& n : *list) stack.push_back(n.get<std::uint32_t>());
+  };
+  for (std::uint32_t s = 0; s < count_of(root, "scenes"); ++s)
+    if (s != main) push(root.at("scenes").at(s), "nodes");
+  while (!stack.empty()) {
+    const std::uint32_t node = stack.back();
+    stack.pop_back();
+    if (reached.insert(node).second) push(root.at("nodes").at(node), "children");
+  }
+  return reached;
+}
+
+/// Why a node's objects must stay in it, of itself or of a node above.
+std::vector<std::string> reasons_of_nodes(const Json& root) {
+  const std::uint32_t count = count_of(root, "nodes");
+  std::vector<std::string> reason(count);
+  std::vector<std::uint32_t> below;
+  const auto other = nodes_of_other_scenes(root);
+  for (std::uint32_t n = 0; n < count; ++n) {
+    const Json& node = root.at("nodes").at(n);
+    if (other.contains(n)) reason[n] = "also in another scene of the file";
+    if (const Json* extensions = member(node, "extensions"); extensions != nullptr)
+      for (const auto& [name, value] : extensions->items())
+        if (!is_harmless(name)) reason[n] = "node extension " + name;
+    if (!reason[n].empty()) below.push_back(n);
+  }
+  if (const Json* animations = member(root, "animations"))
+    for (const Json& animation : *animations)
+      if (const Json* channels = member(animation, "channels"))
+        for (const Json& channel : *channels) {
+          const Json* target = member(channel, "target");
+          const Json* pointer =
+              target == nullptr ? nullptr : extension(*target, "KHR_animation_pointer");
+          const Json* path = pointer == nullptr ? nullptr : member(*pointer, "pointer");
+          if (path == nullptr || !path->is_string()) continue;
+          const auto text = path->get<std::string>();
+          constexpr std::string_view kNodes = "/nodes/";
+          if (!text.starts_with(kNodes)) continue;
+          const std::uint64_t n = std::strtoull(text.c_str() + kNodes.size(), nullptr, 10);
+          if (n >= count) continue;
+          reason[n] = "animated";
+          below.push_back(static_cast<std::uint32_t>(n));
+        }
+  while (!below.empty()) {
+    const std::uint32_t n = below.back();
+    below.pop_back();
+    const Json* children = member(root.at("nodes").at(n), "children");
+    if (children == nullptr) continue;
+    for (const Json& child : *children) {
+      const auto c = child.get<std::uint32_t>();
+      if (!reason[c].empty()) continue;
+      reason[c] = reason[n];
+      below.push_back(c);
+    }
+  }
+  return reason;
+}
+
+bool all_charted(const atlas::Layout& layout, const scene::Object& object) {
+  for (std::uint32_t k = 0; k < object.triangle_count; ++k)
+    if (layout.chart_of[object.first_triangle + k] == kNone) return false;
+  return true;
+}
+
+}  // namespace
+
+std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& document,
+                                                    const scene::Scene& scene,
+                                                    const atlas::Layout* layout) {
+  const Json& root = document.json;
+  const std::vector<std::string> reasons = reasons_of_nodes(root);
+  std::vector<batches::ObjectTraits> traits(scene.objects.size());
+  std::map<std::string, std::uint32_t> layouts;
+  for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
+    const scene::Object& object = scene.objects[o];
+    const Json& primitive = root.at("meshes").at(object.mesh).at("primitives").at(object.primitive);
+    const bool lit = layout != nullptr && all_charted(*layout, object);
+    const bool own_uv1 = lit && !uses_uv_set(root, index_at(primitive, "material"), 1);
+    std::string signature;
+    std::uint32_t bytes = 0;
+    for (const AttributeType& type : attribute_types(root, primitive)) {
+      if (type.name == "TEXCOORD_1" && own_uv1) continue;
+      const bool position = type.name == "POSITION";
+      signature += type.name + ' ' +
+                   (position ? ""
+                             : std::to_string(type.component_type) + type.type +
+                                   (type.normalized ? 'n' : ' ')) +
+                   ';';
+      bytes += static_cast<std::uint32_t>(position ? 12 : (type.bytes() + 3) / 4 * 4);
+    }
+    if (lit) bytes += 8;
+    traits[o].layout =
+        layouts.try_emplace(signature, static_cast<std::uint32_t>(layouts.size())).first->second;
+    traits[o].vertex_bytes = bytes;
+    traits[o].keep = reasons[object.node];
+    if (const Json* extensions = member(primitive, "extensions"))
+      for (const auto& [name, value] : extensions->items())
+        traits[o].keep = "primitive extension " + name;
+  }
+  return traits;
+}
+
+}  // namespace lightbatch::scene_out

@@ -1,0 +1,115 @@
+#include "core/scene_out/write_scene.h"
+
+#include "core/gltf/glb_writer.h"
+#include "core/image/codecs.h"
+#include "core/scene_out/batch_meshes.h"
+#include "core/scene_out/in_place.h"
+#include "core/scene_out/lights.h"
+#include "core/scene_out/pack.h"
+#include "core/scene_out/writer.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+void add_pages(Writer& w, const LightmapImages& images) {
+  const std::uint32_t sampler =
+      append(w.root, "samplers",
+             Json{{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}});
+  std::vector<std::uint32_t> textures;
+  for (std::size_t k = 0; k < images.png.size(); ++k) {
+    const std::string name = "lightmap_" + std::to_string(k);
+    const std::uint32_t view = w.binary.add_file(images.png[k]);
+    const std::uint32_t image = append(
+        w.root, "images", Json{{"bufferView", view}, {"mimeType", "image/png"}, {"name", name}});
+    textures.push_back(
+        append(w.root, "textures", Json{{"sampler", sampler}, {"source", image}, {"name", name}}));
+  }
+  w.materials.set_pages(std::move(textures), images.intensity);
+  declare_extension(w.root, "extensionsUsed", "MOZ_lightmap");
+}
+
+const char* mime_type(image::Format format) {
+  switch (format) {
+    case image::Format::kPng:
+      return "image/png";
+    case image::Format::kJpeg:
+      return "image/jpeg";
+    case image::Format::kWebp:
+      return "image/webp";
+    case image::Format::kKtx2:
+      return "image/ktx2";
+    default:
+      return nullptr;
+  }
+}
+
+/// Images from other files and data URIs move into the file.
+void embed_images(Writer& w) {
+  Json* images = member(w.root, "images");
+  if (images == nullptr) return;
+  for (std::uint32_t i = 0; i < w.document.images.size() && i < images->size(); ++i) {
+    Json& image = (*images)[i];
+    const Bytes& bytes = w.document.images[i];
+    if (!image.contains("uri") || bytes.empty()) continue;
+    const char* type = mime_type(image::detect_format(bytes));
+    if (type == nullptr) continue;
+    image["bufferView"] = w.binary.add_file(bytes);
+    image["mimeType"] = type;
+    image.erase("uri");
+  }
+}
+
+/// Extras of the scene, or of the file when the scene's are no object.
+void add_extras(Json& root, std::uint32_t scene_index, Json about) {
+  for (Json* at : {&root["scenes"][scene_index], &root}) {
+    Json& extras = (*at)["extras"];
+    if (!extras.is_null() && !extras.is_object()) continue;
+    extras["lightbatch"] = std::move(about);
+    return;
+  }
+}
+
+bool any_instancing(const Json& root) {
+  if (const Json* nodes = member(root, "nodes"))
+    for (const Json& node : *nodes)
+      if (extension(node, "EXT_mesh_gpu_instancing") != nullptr) return true;
+  return false;
+}
+
+}  // namespace
+
+Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& scene,
+                          const batches::BatchPlan* plan, const atlas::Layout* layout,
+                          const LightmapImages* images, const WriteOptions& options) {
+  LB_CHECK((layout == nullptr) == (images == nullptr), "an atlas comes with its pages");
+  Writer w(document, scene, layout, options);
+  const std::uint32_t named = index_at(w.root, "scene");
+  const std::uint32_t scene_index = named == kNone ? 0 : named;
+  Json about = Json::object();
+  about["version"] = 1;
+  if (images != nullptr) {
+    LB_CHECK(images->png.size() == layout->pages.size() &&
+                 images->intensity.size() == images->png.size(),
+             "one picture and one intensity for each page");
+    about["carrier"] = "lightmap";
+    if (!images->png.empty()) add_pages(w, *images);
+  }
+  embed_images(w);
+  LB_RETURN_IF_ERROR(rewrite_nodes(w, plan));
+  if (scene_index < count_of(w.root, "scenes")) {
+    if (plan != nullptr) LB_RETURN_IF_ERROR(add_batches(w, *plan, scene_index));
+    if (images != nullptr && options.remove_lights)
+      if (Json lights = remove_lights(w); !lights.is_null()) about["lights"] = std::move(lights);
+    add_extras(w.root, scene_index, std::move(about));
+  }
+  if (!any_instancing(w.root)) undeclare_extension(w.root, "EXT_mesh_gpu_instancing");
+
+  const std::vector<Bytes> fresh = w.binary.finish();
+  std::vector<const Bytes*> buffers;
+  for (const Bytes& b : document.buffers) buffers.push_back(&b);
+  for (const Bytes& b : fresh) buffers.push_back(&b);
+  const Bytes binary = pack(w.root, document.json, buffers);
+  return gltf::write_glb(std::move(w.root), binary);
+}
+
+}  // namespace lightbatch::scene_out

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/atlas/layout.h"
+#include "core/base/bytes.h"
+#include "core/base/status.h"
+#include "core/batches/plan.h"
+#include "core/gltf/document.h"
+#include "core/math/rgb.h"
+#include "core/scene/scene.h"
+
+namespace lightbatch::scene_out {
+
+/// Pages as they go into the file: 8-bit linear PNG; lux = value / 255 * intensity.
+struct LightmapImages {
+  std::vector<Bytes> png;
+  std::vector<float> intensity;
+};
+
+/// How light travels in the file.
+enum class Carrier {
+  kLightmap,  // MOZ_lightmap on lit materials, TEXCOORD_1
+  kPortable,  // KHR_materials_unlit and COLOR_0: any viewer
+};
+
+/// Irradiance (lux) at barycentric (u, v) of a scene triangle.
+using IrradianceAt = std::function<Rgb(std::uint32_t triangle, float u, float v)>;
+
+struct WriteOptions {
+  Carrier carrier = Carrier::kLightmap;
+  bool remove_lights = true;  // lights that the scene holds (all baked) go into extras
+  /// Portable: which triangles are lit (empty: all), their light, and the scale from luminance
+  /// (nits) to colour; exposure 0: chosen so that 99 % of the lit surface stays below 1.
+  std::vector<std::uint8_t> lit;
+  IrradianceAt irradiance;
+  double exposure = 0;
+  /// Portable: an edge is split while the light in its middle differs from the mean of its ends by
+  /// more than this share of full scale, at most `subdivisions` times.
+  double colour_step = 0.03;
+  int subdivisions = 4;
+};
+
+/// What the file says of each object beyond the scene: which may share a primitive, and which must
+/// stay in their nodes. Input of batches::plan. `layout`: the atlas when lightmaps are written.
+std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& document,
+                                                    const scene::Scene& scene,
+                                                    const atlas::Layout* layout);
+
+/// The reorganised scene as one .glb. plan: the batches, or null to keep every object in its node.
+/// layout and images: lightmaps, or both null. Everything that is not understood is kept.
+/// Deterministic bytes. INPUT_OVER_BUDGET beyond what a .glb can hold.
+Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& scene,
+                          const batches::BatchPlan* plan, const atlas::Layout* layout,
+                          const LightmapImages* images, const WriteOptions& options);
+
+}  // namespace lightbatch::scene_out
