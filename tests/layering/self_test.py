@@ -18,6 +18,9 @@ SOUND = {
     "core/math/CMakeLists.txt": "lightbatch_room(math SOURCES a.cpp DEPENDS base LIBRARIES z)\n",
     "server/main.cpp": '#include "core/base/status.h"\n#include "lightbatch/v1/jobs.pb.h"\n',
     "client/src/client.cpp": '#include "lightbatch/client.h"\n#include <grpcpp/grpcpp.h>\n',
+    "client/src/upload.cpp": "auto stub = v1::BlobService::NewStub(channel);\n",
+    "core/math/loop.h": "// Included once by each kernel.\n",
+    "core/math/README.md": "# math\n",
     "client/cli/main.cpp": '#include "core/base/status.h"\n#include "client/cli/bar.h"\n',
 }
 # (what is added or replaced, words that one finding must hold)
@@ -37,7 +40,7 @@ FAULTS = [
     ({"deploy/a.sh": "# FIX" "ME\n"}, "unfinished"),
     ({"tests/unit/a.cpp": "// a st" "ub of it\n"}, "unfinished"),
     ({"tests/unit/a.cpp": "TEST(A, DISAB" "LED_B) {}\n"}, "switched off"),
-    ({"core/math/vec.h": "#pragma once\n"}, "core/math: a room without README.md"),
+    ({"core/scene/scene.h": "#pragma once\n"}, "core/scene: a room without README.md"),
     ({"core/base/README.md": "line\n" * 41}, "more than 40 lines"),
 ]
 
