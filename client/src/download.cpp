@@ -28,7 +28,7 @@ Error simple_error(grpc::StatusCode code, const char* reason, const char* messag
 }
 
 /// Reads a blob from `offset` on; goes on after breaks. take() returns false to stop.
-Outcome<Done> read_range(v1::BlobService::Stub& stub, double patience, const v1::Digest& digest,
+Outcome<Done> read_range(v1::BlobService::Stub& service, double patience, const v1::Digest& digest,
                          std::int64_t offset,
                          const std::function<bool(std::string_view chunk)>& take) {
   for (Retry retry(patience); offset < digest.size_bytes();) {
@@ -36,7 +36,7 @@ Outcome<Done> read_range(v1::BlobService::Stub& stub, double patience, const v1:
     *request.mutable_digest() = digest;
     request.set_offset(offset);
     grpc::ClientContext context;
-    const auto stream = stub.ReadBlob(&context, request);
+    const auto stream = service.ReadBlob(&context, request);
     v1::ReadBlobResponse part;
     while (stream->Read(&part)) {
       if (part.offset() != offset || !take(part.chunk())) {

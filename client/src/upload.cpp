@@ -59,12 +59,12 @@ ssize_t read_at(int fd, std::string& block, std::size_t want, std::int64_t offse
 enum class StreamEnd { kDone, kAgain, kFailed };
 
 /// One stream from `offset` on. `sent` is where it got to; `error` is set on kFailed.
-StreamEnd send_stream(v1::BlobService::Stub& stub, const v1::Digest& digest, int fd,
+StreamEnd send_stream(v1::BlobService::Stub& service, const v1::Digest& digest, int fd,
                       std::int64_t offset, const std::function<bool(std::int64_t)>& sent,
                       Error& error) {
   grpc::ClientContext context;
   v1::UploadBlobResponse response;
-  const auto stream = stub.UploadBlob(&context, &response);
+  const auto stream = service.UploadBlob(&context, &response);
   v1::UploadBlobRequest message;
   *message.mutable_digest() = digest;
   do {

@@ -37,11 +37,11 @@ struct Upload {
 };
 
 /// One stream of `bytes` from `offset` up to `end`, in chunks.
-Upload upload(v1::BlobService::Stub& stub, const v1::Digest& digest, const std::string& bytes,
+Upload upload(v1::BlobService::Stub& calls, const v1::Digest& digest, const std::string& bytes,
               std::size_t offset, std::size_t end, std::size_t chunk = 65536) {
   Upload result;
   grpc::ClientContext context;
-  auto stream = stub.UploadBlob(&context, &result.response);
+  auto stream = calls.UploadBlob(&context, &result.response);
   v1::UploadBlobRequest message;
   *message.mutable_digest() = digest;
   do {
@@ -58,14 +58,14 @@ Upload upload(v1::BlobService::Stub& stub, const v1::Digest& digest, const std::
 
 class BlobServiceTest : public testing::Test {
  protected:
-  BlobServiceTest() : stub_(v1::BlobService::NewStub(service_.channel())) {}
+  BlobServiceTest() : calls_(v1::BlobService::NewStub(service_.channel())) {}
 
   v1::QueryUploadResponse query(const v1::Digest& digest) {
     grpc::ClientContext context;
     v1::QueryUploadRequest request;
     *request.mutable_digest() = digest;
     v1::QueryUploadResponse response;
-    EXPECT_TRUE(stub_->QueryUpload(&context, request, &response).ok());
+    EXPECT_TRUE(calls_->QueryUpload(&context, request, &response).ok());
     return response;
   }
   std::string read(const v1::Digest& digest, std::int64_t offset, std::int64_t limit,
@@ -75,7 +75,7 @@ class BlobServiceTest : public testing::Test {
     *request.mutable_digest() = digest;
     request.set_offset(offset);
     request.set_limit(limit);
-    auto stream = stub_->ReadBlob(&context, request);
+    auto stream = calls_->ReadBlob(&context, request);
     std::string bytes;
     v1::ReadBlobResponse part;
     while (stream->Read(&part)) {
@@ -88,13 +88,13 @@ class BlobServiceTest : public testing::Test {
   }
 
   TestService service_;
-  std::unique_ptr<v1::BlobService::Stub> stub_;
+  std::unique_ptr<v1::BlobService::Stub> calls_;
 };
 
 TEST_F(BlobServiceTest, UploadsReadsAndKnowsAgain) {
   const std::string bytes = pattern(3'000'000, 1);
   const v1::Digest digest = digest_of(bytes);
-  const Upload first = upload(*stub_, digest, bytes, 0, bytes.size());
+  const Upload first = upload(*calls_, digest, bytes, 0, bytes.size());
   ASSERT_TRUE(first.status.ok()) << first.status.error_message();
   EXPECT_FALSE(first.response.existed());
   EXPECT_EQ(first.response.committed_size(), digest.size_bytes());
@@ -109,7 +109,7 @@ TEST_F(BlobServiceTest, UploadsReadsAndKnowsAgain) {
   read(digest_of("nothing"), 0, 0, &status);
   EXPECT_EQ(reason(status), "BLOB_MISSING");
   // The same bytes again: the server ends the stream at once.
-  const Upload second = upload(*stub_, digest, bytes, 0, bytes.size());
+  const Upload second = upload(*calls_, digest, bytes, 0, bytes.size());
   ASSERT_TRUE(second.status.ok());
   EXPECT_TRUE(second.response.existed());
 }
@@ -119,37 +119,37 @@ TEST_F(BlobServiceTest, ACutUploadGoesOnAfterARestart) {
   const v1::Digest digest = digest_of(bytes);
   std::size_t at = 0;
   for (const std::size_t cut : {1ul, 65'537ul, 500'000ul, 999'999ul}) {
-    const Upload part = upload(*stub_, digest, bytes, at, cut);
+    const Upload part = upload(*calls_, digest, bytes, at, cut);
     EXPECT_EQ(reason(part.status), "UPLOAD_INCOMPLETE");
     EXPECT_EQ(part.status.error_code(), grpc::StatusCode::ABORTED);
     at = static_cast<std::size_t>(query(digest).committed_size());
     EXPECT_EQ(at, cut);
     EXPECT_FALSE(query(digest).complete());
-    stub_.reset();
+    calls_.reset();
     service_.restart();
-    stub_ = v1::BlobService::NewStub(service_.channel());
+    calls_ = v1::BlobService::NewStub(service_.channel());
   }
-  EXPECT_TRUE(upload(*stub_, digest, bytes, at, bytes.size()).status.ok());
+  EXPECT_TRUE(upload(*calls_, digest, bytes, at, bytes.size()).status.ok());
   EXPECT_EQ(read(digest, 0, 0), bytes);
 }
 
 TEST_F(BlobServiceTest, FaultsHaveTheirReasons) {
   const std::string bytes = pattern(1000, 3);
   const v1::Digest digest = digest_of(bytes);
-  const Upload late = upload(*stub_, digest, bytes, 10, bytes.size());
+  const Upload late = upload(*calls_, digest, bytes, 10, bytes.size());
   EXPECT_EQ(reason(late.status), "OFFSET_MISMATCH");
   EXPECT_EQ(late.status.error_code(), grpc::StatusCode::OUT_OF_RANGE);
-  EXPECT_EQ(reason(upload(*stub_, digest, pattern(1000, 4), 0, 1000).status), "DIGEST_MISMATCH");
+  EXPECT_EQ(reason(upload(*calls_, digest, pattern(1000, 4), 0, 1000).status), "DIGEST_MISMATCH");
   EXPECT_EQ(query(digest).committed_size(), 0);
   v1::Digest bad;
   bad.set_sha256("abc");
-  EXPECT_EQ(reason(upload(*stub_, bad, bytes, 0, 10).status), "BAD_DIGEST");
+  EXPECT_EQ(reason(upload(*calls_, bad, bytes, 0, 10).status), "BAD_DIGEST");
   // Above the chunk bound, and above the message bound that gRPC itself holds.
   const std::string large = pattern(5 << 20, 5);
-  EXPECT_EQ(reason(upload(*stub_, digest_of(large), large, 0, large.size(), 3 << 20).status),
+  EXPECT_EQ(reason(upload(*calls_, digest_of(large), large, 0, large.size(), 3 << 20).status),
             "BAD_REQUEST");
   EXPECT_EQ(
-      upload(*stub_, digest_of(large), large, 0, large.size(), large.size()).status.error_code(),
+      upload(*calls_, digest_of(large), large, 0, large.size(), large.size()).status.error_code(),
       grpc::StatusCode::RESOURCE_EXHAUSTED);
 }
 
@@ -161,9 +161,9 @@ TEST_F(BlobServiceTest, SixtyFourUploadsAtOnce) {
     threads.emplace_back([&, i] {
       const std::string bytes =
           pattern(400'000 + static_cast<std::size_t>(i), 100u + static_cast<unsigned>(i));
-      const auto stub = v1::BlobService::NewStub(service_.channel());
+      const auto calls = v1::BlobService::NewStub(service_.channel());
       good[static_cast<std::size_t>(i)] =
-          upload(*stub, digest_of(bytes), bytes, 0, bytes.size()).status.ok();
+          upload(*calls, digest_of(bytes), bytes, 0, bytes.size()).status.ok();
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -172,12 +172,12 @@ TEST_F(BlobServiceTest, SixtyFourUploadsAtOnce) {
 
 TEST_F(BlobServiceTest, FindMissingNamesEachOnce) {
   const std::string bytes = "known";
-  ASSERT_TRUE(upload(*stub_, digest_of(bytes), bytes, 0, bytes.size()).status.ok());
+  ASSERT_TRUE(upload(*calls_, digest_of(bytes), bytes, 0, bytes.size()).status.ok());
   grpc::ClientContext context;
   v1::FindMissingBlobsRequest request;
   v1::FindMissingBlobsResponse response;
   for (const char* text : {"a", "known", "b", "a"}) *request.add_digests() = digest_of(text);
-  ASSERT_TRUE(stub_->FindMissingBlobs(&context, request, &response).ok());
+  ASSERT_TRUE(calls_->FindMissingBlobs(&context, request, &response).ok());
   ASSERT_EQ(response.missing_size(), 2);
   EXPECT_EQ(response.missing(0).sha256(), digest_of("a").sha256());
 }
@@ -186,7 +186,7 @@ TEST_F(BlobServiceTest, ScenesAreTheirManifests) {
   const std::string name = service_.scene("ok");
   EXPECT_EQ(service_.scene("ok"), name);
   EXPECT_NE(service_.scene("other"), name);
-  auto stub = v1::SceneService::NewStub(service_.channel());
+  auto calls = v1::SceneService::NewStub(service_.channel());
   const auto create = [&](const std::string& main, const std::string& path,
                           const v1::Digest& digest) {
     grpc::ClientContext context;
@@ -196,7 +196,7 @@ TEST_F(BlobServiceTest, ScenesAreTheirManifests) {
     file.set_path(path);
     *file.mutable_digest() = digest;
     v1::Scene scene;
-    return stub->CreateScene(&context, request, &scene);
+    return calls->CreateScene(&context, request, &scene);
   };
   EXPECT_TRUE(create("a", "a", digest_of("ok")).ok());
   EXPECT_EQ(reason(create("b", "a", digest_of("ok"))), "BAD_REQUEST");
@@ -204,18 +204,18 @@ TEST_F(BlobServiceTest, ScenesAreTheirManifests) {
   EXPECT_EQ(reason(create("a", "a", digest_of("never sent"))), "BLOB_MISSING");
   grpc::ClientContext list_context;
   v1::ListScenesResponse scenes;
-  ASSERT_TRUE(stub->ListScenes(&list_context, {}, &scenes).ok());
+  ASSERT_TRUE(calls->ListScenes(&list_context, {}, &scenes).ok());
   EXPECT_EQ(scenes.scenes_size(), 3);
   grpc::ClientContext delete_context;
   v1::DeleteSceneRequest request;
   request.set_name(name);
   v1::DeleteSceneResponse done;
-  EXPECT_TRUE(stub->DeleteScene(&delete_context, request, &done).ok());
+  EXPECT_TRUE(calls->DeleteScene(&delete_context, request, &done).ok());
   grpc::ClientContext get_context;
   v1::GetSceneRequest get;
   get.set_name(name);
   v1::Scene scene;
-  EXPECT_EQ(reason(stub->GetScene(&get_context, get, &scene)), "SCENE_NOT_FOUND");
+  EXPECT_EQ(reason(calls->GetScene(&get_context, get, &scene)), "SCENE_NOT_FOUND");
 }
 
 TEST_F(BlobServiceTest, ClientResumesAndFetches) {

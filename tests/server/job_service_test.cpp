@@ -121,12 +121,12 @@ TEST(JobService, WatchGoesOnAtItsCursor) {
     return ++events < 4;
   }));
   EXPECT_EQ(events, 4);
-  auto stub = v1::JobService::NewStub(service.channel());
+  auto calls = v1::JobService::NewStub(service.channel());
   grpc::ClientContext context;
   v1::WatchJobRequest request;
   request.set_name(job.name());
   request.set_after_sequence(seen);
-  auto stream = stub->WatchJob(&context, request);
+  auto stream = calls->WatchJob(&context, request);
   v1::JobEvent event;
   ASSERT_TRUE(stream->Read(&event));
   EXPECT_GT(event.sequence(), seen);
@@ -141,7 +141,7 @@ TEST(JobService, WatchGoesOnAtItsCursor) {
   // A cursor at the end: the stream ends without an event.
   grpc::ClientContext last_context;
   request.set_after_sequence(ended.sequence());
-  auto last = stub->WatchJob(&last_context, request);
+  auto last = calls->WatchJob(&last_context, request);
   EXPECT_FALSE(last->Read(&event));
   EXPECT_TRUE(last->Finish().ok());
 }
@@ -163,11 +163,11 @@ TEST(JobService, ARestartPutsRunningJobsBack) {
 TEST(JobService, StopEndsStreamsAsUnavailable) {
   TestService service;
   const v1::Job job = service.submit("slow");
-  auto stub = v1::JobService::NewStub(service.channel());
+  auto calls = v1::JobService::NewStub(service.channel());
   grpc::ClientContext context;
   v1::WatchJobRequest request;
   request.set_name(job.name());
-  auto stream = stub->WatchJob(&context, request);
+  auto stream = calls->WatchJob(&context, request);
   v1::JobEvent event;
   ASSERT_TRUE(stream->Read(&event));
   const auto start = Clock::now();
