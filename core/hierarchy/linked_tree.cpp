@@ -1,7 +1,6 @@
 #include "core/hierarchy/linked_tree.h"
 
 #include <algorithm>
-#include <atomic>
 
 #include "core/base/parallel.h"
 #include "core/hierarchy/split_rule.h"
@@ -14,7 +13,9 @@ constexpr std::size_t kGrain = 8192;
 }  // namespace
 
 LinkedTree::LinkedTree(const TreeArrays& tree)
-    : nodes_(tree.nodes.size() + 1), parents_(tree.nodes.size() / 2 + 1) {
+    : nodes_(tree.nodes.size() + 1),
+      parents_(tree.nodes.size() / 2 + 1),
+      heights_(tree.nodes.size() + 1) {
   const std::size_t n = tree.nodes.size();
   LargeVector<Slot> slots(n);
   slots[0] = 0;
@@ -42,11 +43,20 @@ LinkedTree::LinkedTree(const TreeArrays& tree)
     }
   });
   nodes_[1] = {};
+  for (std::size_t i = n; i-- > 0;) {
+    const Slot slot = slots[i];
+    heights_[slot] = is_leaf(slot) ? 0 : height_of_pair(nodes_[slot].link);
+  }
 }
 
-void LinkedTree::copy_node(Slot to, const Node& node) {
-  nodes_[to] = node;
-  if ((node.link & kLeaf) == 0) parents_[node.link / 2] = to;
+std::uint8_t LinkedTree::height_of_pair(Slot pair) const {
+  return static_cast<std::uint8_t>(1 + std::max(heights_[pair], heights_[pair + 1]));
+}
+
+void LinkedTree::copy_node(Slot to, Slot from) {
+  nodes_[to] = nodes_[from];
+  heights_[to] = heights_[from];
+  if (!is_leaf(to)) parents_[nodes_[to].link / 2] = to;
 }
 
 void LinkedTree::refit_to_root(Slot i) {
@@ -60,6 +70,7 @@ void LinkedTree::refit_to_root(Slot i) {
       node.negated_upper[k] = b.negated_upper[k];
     }
     node.count = count;
+    heights_[i] = height_of_pair(node.link);
     if (i == 0) return;
     i = parent(i);
   }
@@ -67,20 +78,23 @@ void LinkedTree::refit_to_root(Slot i) {
 
 void LinkedTree::move(Slot from, Slot to) {
   const Slot sibling = from ^ 1u, above = parent(from), pair = from & ~1u;
-  copy_node(above, nodes_[sibling]);
-  const Node moved = nodes_[to];
-  copy_node(sibling, moved);
+  int depth = 1 + std::max(heights_[to], heights_[from]);
+  for (Slot i = to; i != 0; i = parent(i), ++depth) {
+    if (i == from) return;
+  }
+  if (depth > kMaxDepth) return;
+  copy_node(above, sibling);
+  copy_node(sibling, to);
   nodes_[to].link = pair;
   parents_[pair / 2] = to;
   if (above != 0) refit_to_root(parent(above));
   refit_to_root(to);
 }
 
-bool LinkedTree::write(TreeArrays& tree) const {
+void LinkedTree::write(TreeArrays& tree) const {
   struct Part {
     Slot slot;
     std::uint32_t place, first;
-    int depth;
   };
   const auto write_part = [&](const Part& part) {
     const Node& node = nodes_[part.slot];
@@ -92,21 +106,18 @@ bool LinkedTree::write(TreeArrays& tree) const {
     if ((node.link & kLeaf) != 0) tree.primitives[part.first] = node.link & ~kLeaf;
   };
   const auto left_of = [&](const Part& part) {
-    return Part{nodes_[part.slot].link, part.place + 1, part.first, part.depth + 1};
+    return Part{nodes_[part.slot].link, part.place + 1, part.first};
   };
   const auto right_of = [&](const Part& part) {
     const std::uint32_t on_left = nodes_[nodes_[part.slot].link].count;
-    return Part{nodes_[part.slot].link + 1, part.place + 2 * on_left, part.first + on_left,
-                part.depth + 1};
+    return Part{nodes_[part.slot].link + 1, part.place + 2 * on_left, part.first + on_left};
   };
   // The top by this thread, subtrees by all.
   const std::uint32_t enough = std::max(4096u, nodes_[0].count / 16);
-  std::vector<Part> open{{0, 0, 0, 0}}, parts;
-  bool too_deep = false;
+  std::vector<Part> open{{0, 0, 0}}, parts;
   while (!open.empty()) {
     const Part part = open.back();
     open.pop_back();
-    if (part.depth > kMaxDepth) return false;
     if (nodes_[part.slot].count <= enough) {
       parts.push_back(part);
       continue;
@@ -115,7 +126,6 @@ bool LinkedTree::write(TreeArrays& tree) const {
     open.push_back(left_of(part));
     open.push_back(right_of(part));
   }
-  std::atomic<bool> failed{too_deep};
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     std::vector<Part> stack;
     for (std::size_t i = begin; i < end; ++i) {
@@ -123,10 +133,6 @@ bool LinkedTree::write(TreeArrays& tree) const {
       while (!stack.empty()) {
         const Part part = stack.back();
         stack.pop_back();
-        if (part.depth > kMaxDepth) {
-          failed = true;
-          break;
-        }
         write_part(part);
         if (is_leaf(part.slot)) continue;
         stack.push_back(right_of(part));
@@ -134,7 +140,6 @@ bool LinkedTree::write(TreeArrays& tree) const {
       }
     }
   });
-  return !failed;
 }
 
 }  // namespace lightbatch::hierarchy

@@ -39,8 +39,8 @@ class LinkedTree {
   };
 
   explicit LinkedTree(const TreeArrays& tree);
-  /// Writes the tree depth-first; false if it is deeper than kMaxDepth.
-  bool write(TreeArrays& tree) const;
+  /// Writes the tree depth-first.
+  void write(TreeArrays& tree) const;
 
   std::uint32_t slot_count() const { return static_cast<std::uint32_t>(nodes_.size()); }
   bool is_leaf(Slot i) const { return (nodes_[i].link & kLeaf) != 0; }
@@ -54,16 +54,19 @@ class LinkedTree {
   }
 
   /// Takes `from` out (its sibling takes the parent's slot) and puts it beside `to` (whose slot
-  /// becomes the parent of both). `to` must be outside the subtree of `from`, and neither its
-  /// sibling nor its parent. Boxes and counts are brought up to date.
+  /// becomes the parent of both). `to` must be neither its sibling nor its parent. Boxes and counts
+  /// are brought up to date. Does nothing if `to` lies below `from` or if the tree would become
+  /// deeper than kMaxDepth.
   void move(Slot from, Slot to);
 
  private:
-  void copy_node(Slot to, const Node& node);
+  void copy_node(Slot to, Slot from);
+  std::uint8_t height_of_pair(Slot pair) const;
   void refit_to_root(Slot i);
 
   LargeVector<Node> nodes_;
-  LargeVector<Slot> parents_;  // of each pair
+  LargeVector<Slot> parents_;          // of each pair
+  LargeVector<std::uint8_t> heights_;  // levels below each slot
 };
 
 }  // namespace lightbatch::hierarchy

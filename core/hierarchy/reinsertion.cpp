@@ -3,12 +3,14 @@
 // Optimization, CGF 2018. In each round the nodes with the largest boxes look for the place where
 // the tree's area shrinks most (branch and bound from their own place upward); moves that do not
 // touch one another are made, best first.
-// Deviations: searches see the tree as it was at the start of the round, and moves are ordered by
-// (gain, slot), so threads do not matter; searches stop after a fixed number of steps.
+// Deviations: a node that looked in vain sits out some rounds, so others get a turn; searches see
+// the tree as it was at the start of the round, and moves are ordered by (gain, slot), so threads
+// do not matter; searches stop after a fixed number of steps.
 
 #include "core/hierarchy/reinsertion.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <vector>
 
@@ -21,15 +23,21 @@ namespace {
 using Slot = LinkedTree::Slot;
 using Box = LinkedTree::Box;
 
-int kRounds = 3;
-double kShare = 0.05;  // of all nodes look for a better place in a round
-int kSteps = 1000;
+constexpr int kRounds = 8;
+constexpr double kShare = 0.01;  // of all nodes look for a better place in a round
+constexpr int kPool = 4;         // times as many, the largest, may be among them
+constexpr int kRest = 3;         // rounds that a node sits out after looking in vain
+constexpr int kSteps = 300;      // nodes that a search visits at most
 
 struct Move {
   float gain = 0;
   Slot from = 0;
   Slot to = 0;
 };
+
+bool better(const Move& a, const Move& b) {
+  return a.gain > b.gain || (a.gain == b.gain && a.from < b.from);
+}
 
 class Search {
  public:
@@ -86,24 +94,33 @@ class Search {
   std::vector<Entry> stack_;
 };
 
-/// The nodes with the largest boxes, ties by slot; never the root or its children's places' owner.
-std::vector<Slot> candidates(const LinkedTree& tree, std::size_t count) {
-  std::vector<Move> all(tree.slot_count() - 2);
-  parallel_for(all.size(), 8192, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto slot = static_cast<Slot>(i + 2);
-      all[i] = {tree.box(slot).area(), slot, 0};
-    }
-  });
-  const auto larger = [](const Move& a, const Move& b) {
-    return a.gain > b.gain || (a.gain == b.gain && a.from < b.from);
+/// At least `count` slots with the largest boxes (all of one histogram bin are in or out), in
+/// order.
+std::vector<Slot> largest(const LinkedTree& tree, std::size_t count) {
+  const std::uint32_t slots = tree.slot_count();
+  const auto bin = [&](Slot slot) {
+    return std::bit_cast<std::uint32_t>(tree.box(slot).area()) >> 19;  // areas are not negative
   };
-  count = std::min(count, all.size());
-  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count), all.end(),
-                   larger);
+  using Histogram = std::vector<std::uint32_t>;
+  const Histogram histogram = deterministic_reduce(
+      slots, 1u << 17, Histogram(1u << 13),
+      [&](std::size_t begin, std::size_t end) {
+        Histogram own(1u << 13);
+        for (std::size_t i = std::max<std::size_t>(begin, 2); i < end; ++i) {
+          ++own[bin(static_cast<Slot>(i))];
+        }
+        return own;
+      },
+      [](Histogram a, const Histogram& b) {
+        for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
+        return a;
+      });
+  std::uint32_t limit = 1u << 13;
+  for (std::size_t sum = 0; limit > 0 && sum < count;) sum += histogram[--limit];
   std::vector<Slot> result;
-  for (std::size_t i = 0; i < count; ++i) result.push_back(all[i].from);
-  std::sort(result.begin(), result.end());
+  for (Slot i = 2; i < slots; ++i) {
+    if (bin(i) >= limit) result.push_back(i);
+  }
   return result;
 }
 
@@ -112,20 +129,34 @@ std::vector<Slot> candidates(const LinkedTree& tree, std::size_t count) {
 void reinsert(TreeArrays& tree) {
   if (tree.nodes.size() < 7) return;
   LinkedTree linked(tree);
-  std::vector<std::uint8_t> touched;
+  std::vector<std::uint8_t> touched(linked.slot_count());
+  const double nodes = static_cast<double>(tree.nodes.size());
+  const auto in_round = static_cast<std::size_t>(kShare * nodes) + 1;
+  const std::vector<Slot> pool = largest(linked, kPool * in_round);
+  std::vector<std::uint8_t> resting(linked.slot_count());
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Slot> looking = candidates(
-        linked, static_cast<std::size_t>(kShare * static_cast<double>(tree.nodes.size())) + 1);
+    // The largest boxes of the pool, ties by slot.
+    std::vector<Move> looking;
+    for (const Slot slot : pool) {
+      if (resting[slot] <= round) looking.push_back({linked.box(slot).area(), slot, 0});
+    }
+    const auto count = std::min(in_round, looking.size());
+    std::nth_element(looking.begin(), looking.begin() + static_cast<std::ptrdiff_t>(count),
+                     looking.end(), better);
+    looking.resize(count);
+    std::sort(looking.begin(), looking.end(),
+              [](const Move& a, const Move& b) { return a.from < b.from; });
     std::vector<Move> moves(looking.size());
     parallel_for(looking.size(), 256, [&](std::size_t begin, std::size_t end) {
       Search search(linked);
-      for (std::size_t i = begin; i < end; ++i) moves[i] = search(looking[i]);
+      for (std::size_t i = begin; i < end; ++i) moves[i] = search(looking[i].from);
     });
+    for (const Move& m : moves) {
+      if (!(m.gain > 0)) resting[m.from] = static_cast<std::uint8_t>(round + kRest);
+    }
     std::erase_if(moves, [](const Move& m) { return !(m.gain > 0); });
-    std::sort(moves.begin(), moves.end(), [](const Move& a, const Move& b) {
-      return a.gain > b.gain || (a.gain == b.gain && a.from < b.from);
-    });
-    touched.assign(linked.slot_count(), 0);
+    std::sort(moves.begin(), moves.end(), better);
+    std::vector<Slot> to_clear;
     for (const Move& m : moves) {
       const Slot involved[] = {m.from, m.from ^ 1u, linked.parent(m.from), m.to,
                                linked.parent(m.to)};
@@ -133,12 +164,15 @@ void reinsert(TreeArrays& tree) {
                       [&](Slot i) { return touched[i] != 0; })) {
         continue;
       }
-      for (const Slot i : involved) touched[i] = 1;
+      for (const Slot i : involved) {
+        touched[i] = 1;
+        to_clear.push_back(i);
+      }
       linked.move(m.from, m.to);
     }
+    for (const Slot i : to_clear) touched[i] = 0;
   }
-  TreeArrays better((tree.nodes.size() + 1) / 2);
-  if (linked.write(better)) tree = std::move(better);
+  linked.write(tree);
 }
 
 }  // namespace lightbatch::hierarchy
