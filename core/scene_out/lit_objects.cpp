@@ -117,6 +117,7 @@ Result<std::vector<Json>> lit_primitives(Writer& w, const std::vector<std::uint3
       primitive["indices"] = shared_indices ? all_indices : w.binary.add_indices(list);
       if (page != kNone) {
         primitive["attributes"]["TEXCOORD_1"] = uv_accessor;
+        fill_uv_sets(primitive["attributes"]);
         primitive["material"] = w.materials.with_lightmap(material, page, moved);
         if (const Json* variants = extension(primitive, "KHR_materials_variants"))
           if (variants->contains("mappings"))

@@ -31,7 +31,57 @@ void for_each_texture(J& json, const Visit& visit, int depth = 0) {
   }
 }
 
+/// Calls visit(slot) for every place that holds the number of a material.
+template <typename Visit>
+void for_each_material_slot(Json& root, const Visit& visit) {
+  Json* meshes = member(root, "meshes");
+  if (meshes == nullptr) return;
+  for (Json& mesh : *meshes)
+    for (Json& primitive : mesh["primitives"]) {
+      if (Json* slot = member(primitive, "material")) visit(*slot);
+      Json* extensions = member(primitive, "extensions");
+      Json* variants =
+          extensions == nullptr ? nullptr : member(*extensions, "KHR_materials_variants");
+      Json* mappings = variants == nullptr ? nullptr : member(*variants, "mappings");
+      if (mappings == nullptr) continue;
+      for (Json& mapping : *mappings)
+        if (Json* slot = member(mapping, "material")) visit(*slot);
+    }
+}
+
 }  // namespace
+
+void settle_materials(Json& root, std::uint32_t original,
+                      const std::vector<std::pair<std::uint32_t, std::uint32_t>>& clones) {
+  Json* materials = member(root, "materials");
+  if (materials == nullptr || clones.empty()) return;
+  std::vector<bool> used(original, false);
+  for_each_material_slot(root, [&](const Json& slot) {
+    const auto index = slot.get<std::size_t>();
+    if (index < original) used[index] = true;
+  });
+  std::vector<std::uint32_t> number(materials->size());
+  for (std::uint32_t i = 0; i < number.size(); ++i) number[i] = i;
+  std::vector<bool> moved(number.size(), false);
+  for (const auto& [source, clone] : clones) {
+    if (used[source]) continue;
+    used[source] = true;
+    (*materials)[source] = std::move((*materials)[clone]);
+    number[clone] = source;
+    moved[clone] = true;
+  }
+  Json kept = Json::array();
+  for (std::uint32_t i = 0; i < number.size(); ++i) {
+    if (moved[i]) continue;
+    number[i] = static_cast<std::uint32_t>(kept.size());
+    kept.push_back(std::move((*materials)[i]));
+  }
+  *materials = std::move(kept);
+  for_each_material_slot(root, [&](Json& slot) {
+    const auto index = slot.get<std::size_t>();
+    slot = number[index];
+  });
+}
 
 bool uses_uv_set(const Json& root, std::uint32_t material, std::uint32_t set) {
   if (material == kNone) return false;
@@ -43,6 +93,12 @@ bool uses_uv_set(const Json& root, std::uint32_t material, std::uint32_t set) {
 
 Json BakedMaterials::copy_of(std::uint32_t material) const {
   return material == kNone ? Json::object() : root_.at("materials").at(material);
+}
+
+std::uint32_t BakedMaterials::add(std::uint32_t material, Json clone) {
+  const std::uint32_t index = append(root_, "materials", std::move(clone));
+  if (material != kNone) clones_.emplace_back(material, index);
+  return index;
 }
 
 std::uint32_t BakedMaterials::with_lightmap(std::uint32_t material, std::uint32_t page,
@@ -59,7 +115,7 @@ std::uint32_t BakedMaterials::with_lightmap(std::uint32_t material, std::uint32_
     });
   clone["extensions"][kLightmap] = {
       {"index", textures_.at(page)}, {"texCoord", 1}, {"intensity", intensity_.at(page)}};
-  it->second = append(root_, "materials", std::move(clone));
+  it->second = add(material, std::move(clone));
   return it->second;
 }
 
@@ -84,7 +140,7 @@ std::uint32_t BakedMaterials::unlit(std::uint32_t material, bool colour_in_verti
   base["roughnessFactor"] = 0.9;
   clone["pbrMetallicRoughness"] = std::move(base);
   clone["extensions"]["KHR_materials_unlit"] = Json::object();
-  it->second = append(root_, "materials", std::move(clone));
+  it->second = add(material, std::move(clone));
   return it->second;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "core/gltf/document.h"
@@ -11,6 +12,11 @@ namespace lightbatch::scene_out {
 
 /// Whether a texture of the material reads TEXCOORD_`set`.
 bool uses_uv_set(const gltf::Json& root, std::uint32_t material, std::uint32_t set);
+
+/// Puts the first clone of every original material that nothing uses any more into its place, so
+/// that numbers and names lead to what is drawn. `original`: materials of the file as read.
+void settle_materials(gltf::Json& root, std::uint32_t original,
+                      const std::vector<std::pair<std::uint32_t, std::uint32_t>>& clones);
 
 /// Clones of materials that carry baked light, made once each. A material index of kNone is the
 /// default material.
@@ -28,18 +34,23 @@ class BakedMaterials {
   /// read `moved_set` instead (kNone: none did).
   std::uint32_t with_lightmap(std::uint32_t material, std::uint32_t page, std::uint32_t moved_set);
 
-  /// The material as KHR_materials_unlit, to be multiplied by COLOR_0. `emission_in_colour`: the
+  /// The material as KHR_materials_unlit, to be multiplied by COLOR_0. `colour_in_vertices`: the
   /// vertex colours hold the whole colour, so the base colour factor becomes white.
   std::uint32_t unlit(std::uint32_t material, bool colour_in_vertices);
 
+  /// (original, clone) of every clone with an original, in the order they were made.
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>>& clones() const { return clones_; }
+
  private:
   gltf::Json copy_of(std::uint32_t material) const;
+  std::uint32_t add(std::uint32_t material, gltf::Json clone);
 
   gltf::Json& root_;
   std::vector<std::uint32_t> textures_;
   std::vector<float> intensity_;
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::uint32_t> lightmapped_;
   std::map<std::pair<std::uint32_t, bool>, std::uint32_t> unlit_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> clones_;
 };
 
 }  // namespace lightbatch::scene_out

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 
 #include "core/scene_out/json_access.h"
@@ -28,6 +29,28 @@ void add_bounds(std::span<const std::byte> packed, std::size_t components, Json&
   accessor["max"] = high;
 }
 
+/// Directions of float must be unit vectors (glTF 3.7.2.1): others are scaled, those without a
+/// direction become x.
+Bytes unit_vectors(const AttributeType& type, std::span<const std::byte> packed) {
+  constexpr float kClose = 1e-3f;
+  Bytes fixed(packed.begin(), packed.end());
+  for (std::size_t at = 0; at + type.bytes() <= fixed.size(); at += type.bytes()) {
+    Vec3f v;
+    std::memcpy(&v, fixed.data() + at, sizeof(v));
+    const float size = length(v);
+    if (std::abs(size - 1) <= kClose) continue;
+    const Vec3d unit = normalized(to_double(v));
+    v = unit == Vec3d{} ? Vec3f{1, 0, 0} : to_float(unit);
+    std::memcpy(fixed.data() + at, &v, sizeof(v));
+  }
+  return fixed;
+}
+
+bool is_float_direction(const AttributeType& type) {
+  return type.component_type == 5126 && ((type.name == "NORMAL" && type.components == 3) ||
+                                         (type.name == "TANGENT" && type.components == 4));
+}
+
 }  // namespace
 
 NewBinary::Stream& NewBinary::stream(std::uint32_t target, std::uint32_t stride) {
@@ -52,6 +75,15 @@ std::uint32_t NewBinary::add_accessor(Stream& stream, std::span<const std::byte>
 
 std::uint32_t NewBinary::add_attribute(const AttributeType& type,
                                        std::span<const std::byte> packed) {
+  if (is_float_direction(type)) {
+    const Bytes fixed = unit_vectors(type, packed);
+    return add_attribute_as_is(type, fixed);
+  }
+  return add_attribute_as_is(type, packed);
+}
+
+std::uint32_t NewBinary::add_attribute_as_is(const AttributeType& type,
+                                             std::span<const std::byte> packed) {
   const std::size_t size = type.bytes();
   const std::size_t stride = (size + 3) / 4 * 4;
   const std::size_t count = packed.size() / size;

@@ -19,7 +19,8 @@ class NewBinary {
   NewBinary(gltf::Json& root, std::uint32_t first_buffer)
       : root_(root), first_buffer_(first_buffer) {}
 
-  /// Packed elements of a vertex attribute; POSITION gets min and max. Returns the accessor.
+  /// Packed elements of a vertex attribute; POSITION gets min and max, NORMAL and TANGENT of float
+  /// become unit vectors. Returns the accessor.
   std::uint32_t add_attribute(const AttributeType& type, std::span<const std::byte> packed);
   /// Indices: 16 bits when all are below 65535, else 32. Returns the accessor.
   std::uint32_t add_indices(std::span<const std::uint32_t> indices);
@@ -36,6 +37,7 @@ class NewBinary {
     std::uint32_t view = 0;
     Bytes bytes;
   };
+  std::uint32_t add_attribute_as_is(const AttributeType& type, std::span<const std::byte> packed);
   Stream& stream(std::uint32_t target, std::uint32_t stride);
   std::uint32_t add_accessor(Stream& stream, std::span<const std::byte> bytes, gltf::Json accessor);
 

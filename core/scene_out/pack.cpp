@@ -20,16 +20,16 @@ std::vector<bool> meshes_drawn(const Json& root) {
   return drawn;
 }
 
-/// Accessors that something alive reads.
-std::vector<bool> accessors_read(Json& root, const std::vector<bool>& mesh_dead) {
+/// Accessors that something reads.
+std::vector<bool> accessors_read(Json& root) {
   std::vector<bool> read(count_of(root, "accessors"), false);
   const auto mark = [&](Json& slot) {
     const auto index = slot.get<std::size_t>();
     if (index < read.size()) read[index] = true;
   };
   for_each_accessor_outside_meshes(root, mark);
-  for (std::uint32_t m = 0; m < count_of(root, "meshes"); ++m)
-    if (m >= mesh_dead.size() || !mesh_dead[m]) for_each_accessor_of_mesh(root["meshes"][m], mark);
+  if (Json* meshes = member(root, "meshes"))
+    for (Json& mesh : *meshes) for_each_accessor_of_mesh(mesh, mark);
   return read;
 }
 
@@ -79,39 +79,42 @@ void drop_if_empty(Json& root, const char* key) {
 
 }  // namespace
 
-Bytes pack(Json& root, const Json& before, std::span<const Bytes* const> buffers) {
+void drop_meshes(Json& root, const Json& before) {
+  Json* meshes = member(root, "meshes");
+  if (meshes == nullptr) return;
   const Pins pins = find_pins(before);
-  for (const char* key : {"meshes", "accessors", "bufferViews"})
-    if (!root.contains(key)) root[key] = Json::array();
-
   const std::vector<bool> drawn_before = meshes_drawn(before), drawn = meshes_drawn(root);
-  std::vector<bool> mesh_dead(drawn.size(), false);
+  std::vector<bool> dead(drawn.size(), false);
   for (std::uint32_t m = 0; m < drawn_before.size(); ++m)
-    mesh_dead[m] = drawn_before[m] && !drawn[m] && !pins.meshes.contains(m);
-
-  Json before_copy = before;
-  const std::vector<bool> read_before = accessors_read(before_copy, {});
-  const std::vector<bool> read = accessors_read(root, mesh_dead);
-  std::vector<bool> accessor_dead(read.size(), false);
-  for (std::uint32_t a = 0; a < read_before.size(); ++a)
-    accessor_dead[a] = read_before[a] && !read[a] && !pins.accessors.contains(a);
-
+    dead[m] = drawn_before[m] && !drawn[m] && !pins.meshes.contains(m);
   // A gap among pinned meshes is filled with a single point.
-  const auto mesh_filler = [&] {
+  const auto filler = [&] {
     const std::uint32_t a = append(root, "accessors",
                                    Json{{"componentType", 5126},
                                         {"count", 1},
                                         {"type", "VEC3"},
                                         {"min", {0, 0, 0}},
                                         {"max", {0, 0, 0}}});
-    accessor_dead.push_back(false);
-    return Json{{"primitives", {{{"attributes", {{"POSITION", a}}}, {"mode", 0}}}}};
+    Json primitive{{"attributes", {{"POSITION", a}}}, {"mode", 0}};
+    return Json{{"primitives", Json::array({std::move(primitive)})}};
   };
-  const auto mesh_number = compact(root["meshes"], mesh_dead, !pins.meshes.empty(),
-                                   count_of(before, "meshes"), mesh_filler);
+  const auto number =
+      compact(*meshes, dead, !pins.meshes.empty(), count_of(before, "meshes"), filler);
   if (Json* nodes = member(root, "nodes"))
     for (Json& node : *nodes)
-      if (Json* mesh = member(node, "mesh")) renumber(*mesh, mesh_number);
+      if (Json* mesh = member(node, "mesh")) renumber(*mesh, number);
+  drop_if_empty(root, "meshes");
+}
+
+Bytes pack(Json& root, const Json& before, std::span<const Bytes* const> buffers) {
+  const Pins pins = find_pins(before);
+  for (const char* key : {"accessors", "bufferViews"})
+    if (!root.contains(key)) root[key] = Json::array();
+  Json before_copy = before;
+  const std::vector<bool> read_before = accessors_read(before_copy), read = accessors_read(root);
+  std::vector<bool> accessor_dead(read.size(), false);
+  for (std::uint32_t a = 0; a < read_before.size(); ++a)
+    accessor_dead[a] = read_before[a] && !read[a] && !pins.accessors.contains(a);
 
   const auto accessor_number = compact(
       root["accessors"], accessor_dead, !pins.accessors.empty(), count_of(before, "accessors"), [] {
@@ -119,7 +122,8 @@ Bytes pack(Json& root, const Json& before, std::span<const Bytes* const> buffers
       });
   const auto move = [&](Json& slot) { renumber(slot, accessor_number); };
   for_each_accessor_outside_meshes(root, move);
-  for (Json& mesh : root["meshes"]) for_each_accessor_of_mesh(mesh, move);
+  if (Json* meshes = member(root, "meshes"))
+    for (Json& mesh : *meshes) for_each_accessor_of_mesh(mesh, move);
 
   ViewUses uses(root, pins.views);
   std::vector<bool> view_dead(root["bufferViews"].size());
@@ -131,7 +135,7 @@ Bytes pack(Json& root, const Json& before, std::span<const Bytes* const> buffers
                                    });
   for_each_view(root, [&](Json& slot) { renumber(slot, view_number); });
 
-  for (const char* key : {"meshes", "accessors", "bufferViews"}) drop_if_empty(root, key);
+  for (const char* key : {"accessors", "bufferViews"}) drop_if_empty(root, key);
   root.erase("buffers");
   if (!binary.empty()) root["buffers"] = Json::array({Json{{"byteLength", binary.size()}}});
   return binary;

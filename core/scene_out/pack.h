@@ -9,9 +9,12 @@
 
 namespace lightbatch::scene_out {
 
-/// Drops what the rewrite left without a use (meshes that no node draws any more, their accessors,
-/// buffer views that nothing reads), renumbers what is left, and puts all bytes into one buffer.
-/// `before` is the document as read: what it held unused stays.
+/// Drops meshes that no node draws any more and renumbers the others. `before` is the document as
+/// read: what it held unused stays, here and in pack().
+void drop_meshes(gltf::Json& root, const gltf::Json& before);
+
+/// Drops accessors that lost their use with their meshes and buffer views that nothing reads,
+/// renumbers what is left, and puts all bytes into one buffer. Call after drop_meshes().
 ///
 /// Extensions that are not understood may hold numbers of meshes, accessors or views. Such numbers
 /// pin what they could mean, and then nothing of that kind is renumbered: new entries take the

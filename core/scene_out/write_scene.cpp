@@ -5,6 +5,7 @@
 #include "core/scene_out/batch_meshes.h"
 #include "core/scene_out/in_place.h"
 #include "core/scene_out/lights.h"
+#include "core/scene_out/mend_decoded.h"
 #include "core/scene_out/pack.h"
 #include "core/scene_out/writer.h"
 
@@ -103,6 +104,11 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
     add_extras(w.root, scene_index, std::move(about));
   }
   if (!any_instancing(w.root)) undeclare_extension(w.root, "EXT_mesh_gpu_instancing");
+
+  // Meshes that lost their use still name original materials: they go first.
+  drop_meshes(w.root, document.json);
+  settle_materials(w.root, count_of(document.json, "materials"), w.materials.clones());
+  if (document.had_draco) LB_RETURN_IF_ERROR(mend_decoded(w));
 
   const std::vector<Bytes> fresh = w.binary.finish();
   std::vector<const Bytes*> buffers;

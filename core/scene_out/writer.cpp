@@ -17,11 +17,19 @@ std::uint32_t free_uv_set(const std::vector<AttributeType>& types) {
   return free;
 }
 
+void fill_uv_sets(Json& attributes) {
+  const Json* second = member(attributes, "TEXCOORD_1");
+  if (second == nullptr || attributes.contains("TEXCOORD_0")) return;
+  const Json accessor = *second;
+  attributes["TEXCOORD_0"] = accessor;
+}
+
 Json add_primitive(NewBinary& binary, const std::vector<AttributeType>& types,
                    const std::vector<Bytes>& data, std::span<const std::uint32_t> indices) {
   Json primitive;
   for (std::size_t s = 0; s < types.size(); ++s)
     primitive["attributes"][types[s].name] = binary.add_attribute(types[s], data[s]);
+  fill_uv_sets(primitive["attributes"]);
   primitive["indices"] = binary.add_indices(indices);
   return primitive;
 }

@@ -73,6 +73,9 @@ class Writer {
 /// First TEXCOORD set that a layout has free, 2 at least.
 std::uint32_t free_uv_set(const std::vector<AttributeType>& types);
 
+/// glTF wants sets without gaps: where there is no TEXCOORD_0, TEXCOORD_1 serves as both.
+void fill_uv_sets(Json& attributes);
+
 /// Appends a mesh's attributes and indices; returns the glTF primitive without a material.
 Json add_primitive(NewBinary& binary, const std::vector<AttributeType>& types,
                    const std::vector<Bytes>& data, std::span<const std::uint32_t> indices);
