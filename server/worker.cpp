@@ -1,7 +1,5 @@
 #include "server/worker.h"
 
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -14,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/bytes.h"
+#include "server/sandbox.h"
 #include "server/submission.h"
 
 namespace lightbatch::server {
@@ -63,27 +62,12 @@ constexpr std::string_view kOutOfMemory =
   std::abort();
 }
 
-void limit(__rlimit_resource resource, std::int64_t value) {
-  const rlimit bound = {static_cast<rlim_t>(value), static_cast<rlim_t>(value)};
-  LB_CHECK(setrlimit(resource, &bound) == 0, "a worker can lower its own limits");
-}
-
 /// Before any byte of the scene is looked at.
 void lock_in(const Json& request) {
-  LB_CHECK(prctl(PR_SET_PDEATHSIG, SIGKILL) == 0, "a worker dies with its server");
-  if (getppid() != request.at("parent").get<pid_t>()) std::_Exit(1);  // it died already
-  LB_CHECK(prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0, "no new privileges");
-  close_range(kFrameDescriptor + 1, ~0u, 0);
-  limit(RLIMIT_CORE, 0);
-  if (const auto cpu = request.at("cpu_seconds").get<std::int64_t>(); cpu > 0) {
-    limit(RLIMIT_CPU, cpu);
-  }
-  // Sanitizers reserve terabytes of shadow memory; their builds go without this limit.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  if (const auto memory = request.at("memory_bytes").get<std::int64_t>(); memory > 0) {
-    limit(RLIMIT_AS, memory);
-  }
-#endif
+  enter_sandbox({.memory_bytes = request.at("memory_bytes").get<std::int64_t>(),
+                 .cpu_seconds = request.at("cpu_seconds").get<std::int64_t>(),
+                 .parent = request.at("parent").get<pid_t>(),
+                 .highest_descriptor = kFrameDescriptor});
   struct sigaction action = {};
   action.sa_handler = ask_cancel;
   sigaction(SIGTERM, &action, nullptr);

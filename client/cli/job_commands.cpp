@@ -133,9 +133,7 @@ client::Outcome<client::Done> deliver(Session& session, v1::JobKind kind, const 
   if (!target.folder.empty()) {
     ProgressLine line(words.quiet);
     auto fetched = client.fetch(job, target.folder, [&](std::int64_t done, std::int64_t total) {
-      line.show("download",
-                static_cast<double>(done) / static_cast<double>(std::max<std::int64_t>(total, 1)),
-                -1);
+      show_transfer(line, "download", done, total);
       return !session.interrupted();
     });
     if (!fetched.ok()) return fetched;
@@ -231,10 +229,13 @@ int run_job_command(v1::JobKind kind, const JobWords& words, const ServerOptions
   const auto delivered = deliver(session, kind, words, *job);
   if (!delivered.ok()) return report_error(delivered.error(), words.json);
   if (!words.quiet) {
-    std::fprintf(stderr, "%s in %s%s, peak memory %s\n",
+    std::fprintf(stderr, "%s in %s%s\n",
                  job->verdict() == v1::VERDICT_MISSED_TARGET ? "done, target missed" : "done",
-                 format_seconds(run_seconds(*job)).c_str(), job->cache_hit() ? " (cached)" : "",
-                 format_bytes(static_cast<double>(job->peak_memory_bytes())).c_str());
+                 format_seconds(run_seconds(*job)).c_str(),
+                 job->cache_hit() ? " (cached)"
+                                  : (", peak memory " +
+                                     format_bytes(static_cast<double>(job->peak_memory_bytes())))
+                                        .c_str());
   }
   return exit_code(*job);
 }

@@ -13,6 +13,7 @@ namespace lightbatch::cli {
 namespace {
 
 constexpr auto kRedraw = std::chrono::milliseconds(100);
+constexpr std::int64_t kShownTransfer = std::int64_t{8} << 20;
 constexpr auto kPlainLine = std::chrono::seconds(10);
 
 int terminal_width() {
@@ -58,6 +59,11 @@ void ProgressLine::clear() {
   if (drawn_) std::fprintf(stderr, "\r\033[K");
   std::fflush(stderr);
   drawn_ = false;
+}
+
+void show_transfer(ProgressLine& line, const char* phase, std::int64_t done, std::int64_t total) {
+  if (total < kShownTransfer) return;
+  line.show(phase, static_cast<double>(done) / static_cast<double>(total), -1);
 }
 
 }  // namespace lightbatch::cli

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 
 namespace lightbatch::cli {
@@ -26,5 +27,8 @@ class ProgressLine {
   std::chrono::steady_clock::time_point shown_;
   bool drawn_ = false;
 };
+
+/// Bytes on their way; small transfers are over before a line would help.
+void show_transfer(ProgressLine& line, const char* phase, std::int64_t done, std::int64_t total);
 
 }  // namespace lightbatch::cli

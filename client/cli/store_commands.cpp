@@ -113,9 +113,7 @@ int fetch_job(const ServerOptions& server, const std::string& job, const std::st
   ProgressLine line(quiet);
   const auto fetched =
       session.client().fetch(*found, folder, [&](std::int64_t done, std::int64_t total) {
-        line.show("download",
-                  static_cast<double>(done) / static_cast<double>(std::max<std::int64_t>(total, 1)),
-                  -1);
+        show_transfer(line, "download", done, total);
         return !session.interrupted();
       });
   line.clear();

@@ -154,6 +154,11 @@ def wait_until(condition, seconds=20):
         time.sleep(0.02)
 
 
+def wait_running(daemon, name):
+    running = STUBS.job_service.JOB_STATE_RUNNING
+    wait_until(lambda: get(daemon, name).state == running)
+
+
 class WithDaemon(unittest.TestCase):
     daemon_arguments = ()
 

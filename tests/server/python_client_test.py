@@ -36,7 +36,7 @@ class Behaviour(client.WithDaemon):
 
     def test_cancel(self):
         job = client.submit(self.daemon, "slow")
-        self.assertEqual(client.watch_to_end(self.daemon, job.name).state,
+        client.wait_running(self.daemon, job.name)
         start = time.monotonic()
         self.daemon.jobs.CancelJob(client.STUBS.job_service.CancelJobRequest(name=job.name))
         self.assertEqual(client.watch_to_end(self.daemon, job.name).state,
@@ -134,7 +134,7 @@ class Behaviour(client.WithDaemon):
 
     def test_no_worker_outlives_its_daemon(self):
         job = client.submit(self.daemon, "deaf")
-        client.wait_until(lambda: client.get(self.daemon, job.name).state == client.STUBS.job_service.JOB_STATE_RUNNING)
+        client.wait_running(self.daemon, job.name)
         client.wait_until(lambda: self.workers())
         workers = self.workers()
         self.daemon.kill()

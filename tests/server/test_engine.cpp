@@ -3,8 +3,10 @@
 #include <dirent.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -47,7 +49,10 @@ std::string limits_text() {
          " cpu_limited=" + std::to_string(cpu.rlim_cur != RLIM_INFINITY) +
          " no_new_privs=" + std::to_string(prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0)) +
          // ".", "..", the listing itself, 0, 1, 2 and the frame pipe
-         " extra_files=" + std::to_string(open_files - 7) + " environment=" + variables;
+         " extra_files=" + std::to_string(open_files - 7) +
+         " network=" + std::to_string(socket(AF_INET, SOCK_STREAM, 0) >= 0) +
+         " programs=" + std::to_string(execl("/bin/true", "true", nullptr) == 0 || errno != EPERM) +
+         " environment=" + variables;
 }
 
 /// Reports progress for `seconds` or until cancelled.

@@ -66,6 +66,7 @@ TEST(Worker, IsLockedIn) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_NE(text.find("memory=" + std::to_string(std::int64_t{512} << 20)), std::string::npos)
       << text;
+  EXPECT_NE(text.find(" network=0 programs=0 environment="), std::string::npos) << text;
   EXPECT_TRUE(text.ends_with("environment=")) << text;
 #endif
   EXPECT_NE(text.find("core=0 cpu_limited=1 no_new_privs=1 extra_files=0 "), std::string::npos)
