@@ -1,0 +1,333 @@
+/// One fault per scene: each must be refused, with the reason and the place named.
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "tests/unit/gltf/scene_files.h"
+
+namespace lightbatch::gltf {
+namespace {
+
+constexpr const char* kMalformed = "INPUT_MALFORMED";
+constexpr const char* kOverBudget = "INPUT_OVER_BUDGET";
+constexpr const char* kUnsupported = "INPUT_UNSUPPORTED";
+constexpr const char* kForbidden = "SCENE_URI_FORBIDDEN";
+
+struct Fault {
+  const char* name;
+  std::function<void(Json&)> make;
+  const char* reason;
+  const char* place;  // part of it
+};
+
+void use(Json& json, const char* extension, bool required = false) {
+  json["extensionsUsed"].push_back(extension);
+  if (required) json["extensionsRequired"].push_back(extension);
+}
+
+/// Accessor 0: four positions (view 0); accessor 1: six indices (view 1).
+const std::vector<Fault>& faults() {
+  static const std::vector<Fault> kFaults = {
+      {"index", [](Json& j) { j["nodes"][0]["mesh"] = 5; }, kMalformed, "#/nodes/0/mesh"},
+      {"negative index", [](Json& j) { j["nodes"][0]["mesh"] = -1; }, kMalformed, "mesh"},
+      {"fractional index", [](Json& j) { j["scene"] = 0.5; }, kMalformed, "#/scene"},
+      {"huge index", [](Json& j) { j["scene"] = 1e300; }, kMalformed, "#/scene"},
+      {"wrong type", [](Json& j) { j["scene"] = "0"; }, kMalformed, "#/scene"},
+      {"list is no array", [](Json& j) { j["nodes"] = 3; }, kMalformed, "#/nodes"},
+      {"empty list", [](Json& j) { j["materials"] = Json::array(); }, kMalformed, "#/materials"},
+      {"null", [](Json& j) { j["nodes"][0] = nullptr; }, kMalformed, "#/nodes/0"},
+      {"no version", [](Json& j) { j["asset"].erase("version"); }, kMalformed, "#/asset"},
+      {"glTF 1", [](Json& j) { j["asset"]["version"] = "1.0"; }, kUnsupported, "asset/version"},
+      {"version text", [](Json& j) { j["asset"]["version"] = "two"; }, kMalformed, "asset"},
+      {"minVersion", [](Json& j) { j["asset"]["minVersion"] = "3.0"; }, kUnsupported, "asset"},
+      {"required extension", [](Json& j) { use(j, "ACME_magic", true); }, kUnsupported,
+       "#/extensionsRequired/0"},
+      {"extension in the wrong place",
+       [](Json& j) {
+         use(j, "KHR_lights_punctual");
+         j["scenes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+       },
+       kMalformed, "#/scenes/0/extensions/KHR_lights_punctual"},
+      {"undeclared extension",
+       [](Json& j) { j["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0; }, kMalformed,
+       "#/nodes/0/extensions"},
+      {"light out of range",
+       [](Json& j) {
+         use(j, "KHR_lights_punctual");
+         j["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+         j["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
+       },
+       kMalformed, "light"},
+      {"spot without cone",
+       [](Json& j) {
+         use(j, "KHR_lights_punctual");
+         j["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "spot"}}};
+       },
+       kMalformed, "lights/0"},
+      {"self cycle", [](Json& j) { j["nodes"][0]["children"] = {0}; }, kMalformed, "#/nodes/0"},
+      {"cycle beside the scene",
+       [](Json& j) {
+         j["nodes"].push_back({{"children", {2}}});
+         j["nodes"].push_back({{"children", {1}}});
+       },
+       kMalformed, "#/nodes/1"},
+      {"two parents",
+       [](Json& j) {
+         j["nodes"][0]["children"] = {2};
+         j["nodes"].push_back({{"children", {2}}});
+         j["nodes"].push_back(Json::object());
+       },
+       kMalformed, "#/nodes/1/children/0"},
+      {"child twice",
+       [](Json& j) {
+         j["nodes"].push_back(Json::object());
+         j["nodes"][0]["children"] = {1, 1};
+       },
+       kMalformed, "#/nodes/0/children/1"},
+      {"scene of a child",
+       [](Json& j) {
+         j["nodes"][0]["children"] = {1};
+         j["nodes"].push_back(Json::object());
+         j["scenes"][0]["nodes"] = {1};
+       },
+       kMalformed, "#/scenes/0/nodes"},
+      {"matrix and translation",
+       [](Json& j) {
+         j["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+         j["nodes"][0]["translation"] = {0, 0, 0};
+       },
+       kMalformed, "#/nodes/0"},
+      {"projective matrix",
+       [](Json& j) { j["nodes"][0]["matrix"] = {1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}; },
+       kMalformed, "#/nodes/0"},
+      {"short translation",
+       [](Json& j) {
+         j["nodes"][0]["translation"] = {0, 0};
+       },
+       kMalformed, "translation"},
+      {"count 0", [](Json& j) { j["accessors"][0]["count"] = 0; }, kMalformed, "#/accessors/0"},
+      {"count past the view", [](Json& j) { j["accessors"][0]["count"] = 5; }, kMalformed,
+       "#/accessors/0"},
+      {"count that overflows 64 bits",
+       [](Json& j) { j["accessors"][0]["count"] = 9007199254740991; }, kMalformed, "#/accessors/0"},
+      {"offset that overflows", [](Json& j) { j["accessors"][0]["byteOffset"] = 9007199254740988; },
+       kMalformed, "#/accessors/0"},
+      {"number beyond 2^53",
+       [](Json& j) { j["accessors"][0]["byteOffset"] = 18446744073709551612ull; }, kMalformed,
+       "byteOffset"},
+      {"stride that overflows",
+       [](Json& j) { j["bufferViews"][0]["byteStride"] = 9007199254740988; }, kMalformed,
+       "#/accessors/0"},
+      {"stride 0", [](Json& j) { j["bufferViews"][0]["byteStride"] = 0; }, kMalformed,
+       "#/accessors/0"},
+      {"small stride", [](Json& j) { j["bufferViews"][0]["byteStride"] = 8; }, kMalformed,
+       "#/accessors/0"},
+      {"misaligned", [](Json& j) { j["accessors"][1]["byteOffset"] = 1; }, kMalformed,
+       "#/accessors/1"},
+      {"component type", [](Json& j) { j["accessors"][0]["componentType"] = 5124; }, kMalformed,
+       "componentType"},
+      {"view past its buffer", [](Json& j) { j["bufferViews"][0]["byteLength"] = 4096; },
+       kMalformed, "#/bufferViews/0"},
+      {"view offset overflow",
+       [](Json& j) { j["bufferViews"][0]["byteOffset"] = 9007199254740991; }, kMalformed,
+       "#/bufferViews/0"},
+      {"buffer longer than its data",
+       [](Json& j) {
+         j["buffers"] = {{{"byteLength", 1000000000}, {"uri", "data:,x"}}};
+       },
+       kMalformed, "#/buffers/0"},
+      {"buffer without data that is used",
+       [](Json& j) {
+         j["buffers"].push_back({{"byteLength", 1000}});
+         j["bufferViews"][0]["buffer"] = 1;
+       },
+       kMalformed, "POSITION"},
+      {"position of the wrong type", [](Json& j) { j["accessors"][0]["type"] = "VEC2"; },
+       kMalformed, "POSITION"},
+      {"position of unknown type", [](Json& j) { j["accessors"][0]["type"] = "VEC9"; }, kMalformed,
+       "POSITION"},
+      {"quantised without the extension",
+       [](Json& j) { j["accessors"][0]["componentType"] = 5123; }, kMalformed, "POSITION"},
+      {"indices of floats", [](Json& j) { j["meshes"][0]["primitives"][0]["indices"] = 0; },
+       kMalformed, "indices"},
+      {"unequal attribute counts",
+       [](Json& j) {
+         j["accessors"].push_back({{"componentType", 5126}, {"count", 3}, {"type", "VEC3"}});
+         j["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 2;
+       },
+       kMalformed, "NORMAL"},
+      {"index beyond the vertices", [](Json& j) { j["accessors"][0]["count"] = 3; }, kMalformed,
+       "indices"},
+      {"texture without coordinates",
+       [](Json& j) {
+         j["textures"] = {Json::object()};
+         j["materials"] = {{{"emissiveTexture", {{"index", 0}}}}};
+         j["meshes"][0]["primitives"][0]["material"] = 0;
+       },
+       kMalformed, "#/meshes/0/primitives/0"},
+      {"texture of an unread extension",
+       [](Json& j) {
+         use(j, "KHR_materials_sheen");
+         j["materials"] = {
+             {{"extensions", {{"KHR_materials_sheen", {{"sheenColorTexture", {{"index", 7}}}}}}}}};
+       },
+       kMalformed, "sheenColorTexture"},
+      {"zeros without end",
+       [](Json& j) {
+         j["accessors"].push_back(
+             {{"componentType", 5126}, {"count", 2000000000}, {"type", "VEC3"}});
+       },
+       kOverBudget, "#/accessors"},
+      {"zeros that overflow",
+       [](Json& j) {
+         for (int i = 0; i < 3000; ++i) {
+           j["accessors"].push_back(
+               {{"componentType", 5126}, {"count", 9007199254740991}, {"type", "MAT4"}});
+         }
+       },
+       kOverBudget, "#/accessors"},
+      {"sparse longer than its accessor",
+       [](Json& j) {
+         j["accessors"][0]["sparse"] = {{"count", 5},
+                                        {"indices", {{"bufferView", 1}, {"componentType", 5123}}},
+                                        {"values", {{"bufferView", 0}}}};
+       },
+       kMalformed, "#/accessors/0"},
+      {"sparse indices do not ascend",
+       [](Json& j) {
+         j["accessors"][0]["sparse"] = {{"count", 4},
+                                        {"indices", {{"bufferView", 1}, {"componentType", 5123}}},
+                                        {"values", {{"bufferView", 0}}}};
+       },
+       kMalformed, "sparse"},
+      {"animation sampler",
+       [](Json& j) {
+         j["animations"] = {{{"channels", {{{"sampler", 1}, {"target", {{"path", "scale"}}}}}},
+                             {"samplers", {{{"input", 2}, {"output", 2}}}}}};
+         j["accessors"].push_back({{"componentType", 5126}, {"count", 1}, {"type", "SCALAR"}});
+       },
+       kMalformed, "#/animations/0/channels/0"},
+      {"instance counts differ",
+       [](Json& j) {
+         use(j, "EXT_mesh_gpu_instancing");
+         j["accessors"].push_back({{"componentType", 5126}, {"count", 2}, {"type", "VEC3"}});
+         j["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", 0},
+                                                                                 {"SCALE", 2}};
+       },
+       kMalformed, "EXT_mesh_gpu_instancing"},
+      {"http", [](Json& j) { j["buffers"][0]["uri"] = "http://127.0.0.1:9/x.bin"; }, kForbidden,
+       "#/buffers/0/uri"},
+      {"traversal", [](Json& j) { j["buffers"][0]["uri"] = "../../../etc/passwd"; }, kForbidden,
+       "#/buffers/0/uri"},
+      {"absent file", [](Json& j) { j["buffers"][0]["uri"] = "absent.bin"; }, kForbidden,
+       "#/buffers/0/uri"},
+      {"image traversal",
+       [](Json& j) {
+         j["images"] = {{{"uri", "%2e%2e/x.png"}}};
+         j["textures"] = {{{"source", 0}}};
+       },
+       kForbidden, "#/images/0/uri"},
+  };
+  return kFaults;
+}
+
+TEST(Hostile, EachFaultIsNamed) {
+  for (const Fault& fault : faults()) {
+    SceneBuilder builder;
+    builder.square();
+    builder.json["buffers"] = Json::array({Json::object()});
+    fault.make(builder.json);
+    SceneFiles files;
+    Json json = builder.json;
+    const auto glb = write_glb(json, builder.binary);
+    ASSERT_TRUE(glb.ok()) << fault.name;
+    // write_glb() sets the length of buffer 0; faults of that length come as .gltf.
+    if (json["buffers"][0].contains("byteLength")) {
+      files.add("scene.glb", json.dump());
+    } else {
+      files.add("scene.glb", *glb);
+    }
+    const auto document = files.read("scene.glb");
+    ASSERT_FALSE(document.ok()) << fault.name;
+    EXPECT_EQ(document.status().reason(), fault.reason)
+        << fault.name << ": " << document.status().to_string();
+    EXPECT_NE(document.status().place().find(fault.place), std::string::npos)
+        << fault.name << ": " << document.status().to_string();
+    EXPECT_TRUE(document.status().place().starts_with("scene.glb")) << fault.name;
+  }
+}
+
+TEST(Hostile, BudgetsHold) {
+  SceneBuilder builder;
+  builder.square();
+  EXPECT_EQ(builder.read({.json_bytes = 100}).status().reason(), kOverBudget);
+  EXPECT_EQ(builder.read({.decoded_bytes = 100}).status().reason(), kOverBudget);
+  EXPECT_EQ(builder.read({.nodes = 0}).status().reason(), kOverBudget);
+  EXPECT_EQ(builder.read({.json_depth = 3}).status().reason(), kOverBudget);
+}
+
+TEST(Hostile, LenientWhereNothingIsHarmed) {
+  SceneBuilder builder;
+  builder.square();
+  Json& json = builder.json;
+  json["buffers"] = {Json::object(),
+                     {{"byteLength", 1000}},
+                     {{"byteLength", 5}, {"uri", "http://example.com/unused.bin"}}};
+  json["accessors"].push_back({{"componentType", 5126}, {"count", 3}, {"type", "VEC7"}});
+  json["extensionsUsed"] = {"ACME_something"};
+  json["nodes"][0]["extras"] = {{"anything", {1, "x"}}};
+  json["nodes"][0]["extensions"]["ACME_something"] = {{"kept", true}};
+  json["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 2}, {"zfar", 1}}}}};
+  const auto document = builder.read();
+  ASSERT_TRUE(document.ok()) << document.status().to_string();
+  EXPECT_EQ(document->warnings.size(), 3u);
+  EXPECT_EQ(document->json["nodes"][0]["extras"]["anything"][1], "x");
+  EXPECT_EQ(document->json["nodes"][0]["extensions"]["ACME_something"]["kept"], true);
+}
+
+TEST(Hostile, IntegersWrittenAsFloatsBecomeIntegers) {
+  SceneBuilder builder;
+  builder.square();
+  builder.json["scene"] = 0.0;
+  builder.json["accessors"][0]["count"] = 4.0;
+  builder.primitive()["targets"] = {{{"POSITION", 0.0}}};
+  const auto document = builder.read();
+  ASSERT_TRUE(document.ok()) << document.status().to_string();
+  EXPECT_TRUE(document->json["accessors"][0]["count"].is_number_integer());
+  EXPECT_TRUE(
+      document->json["meshes"][0]["primitives"][0]["targets"][0]["POSITION"].is_number_integer());
+}
+
+TEST(Hostile, FilesBesideTheSceneAndDataUris) {
+  SceneBuilder builder;
+  builder.square();
+  SceneFiles files;
+  Json json = builder.json;
+  json["buffers"] = {{{"byteLength", builder.binary.size()}, {"uri", "../data/a%20b.bin"}}};
+  json["images"] = {{{"uri", "data:image/png;base64,Zm9v"}}, {{"uri", "x/picture.png"}}};
+  json["textures"] = {{{"source", 0}}, {{"source", 1}}};
+  files.add("models/scene.gltf", json.dump());
+  files.add("data/a b.bin", builder.binary);
+  files.add("models/x/picture.png", "picture");
+  const auto document = files.read("models/scene.gltf");
+  ASSERT_TRUE(document.ok()) << document.status().to_string();
+  EXPECT_EQ(document->buffers[0], builder.binary);
+  EXPECT_EQ(as_text(document->images[0]), "foo");
+  EXPECT_EQ(as_text(document->images[1]), "picture");
+  EXPECT_EQ(document->input_bytes, json.dump().size() + builder.binary.size() + 7);
+}
+
+TEST(Hostile, DeepNodeChainsNeedNoStack) {
+  SceneBuilder builder;
+  builder.square();
+  constexpr int kDepth = 200'000;
+  Json nodes = Json::array();
+  for (int i = 0; i < kDepth; ++i) nodes.push_back({{"children", {i + 1}}});
+  nodes.push_back({{"mesh", 0}});
+  builder.json["nodes"] = std::move(nodes);
+  EXPECT_TRUE(builder.read().ok());
+}
+
+}  // namespace
+}  // namespace lightbatch::gltf
