@@ -25,7 +25,7 @@ namespace lightbatch::server {
 namespace {
 
 constexpr int kExecutorThreads = 8;
-constexpr std::size_t kCallMemory = std::size_t{256} << 20;
+constexpr std::size_t kCallMemory = std::size_t{64} << 20;  // soft: what streams may buffer
 constexpr int kStreamsPerConnection = 512;
 constexpr std::int64_t kUploadAgeUs = 7LL * 24 * 3600 * 1'000'000;
 constexpr const char* kServiceNames[] = {"", "lightbatch.v1.BlobService",

@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+"""`lightbatch` as scripts and people use it: files, exit codes, the same bytes with and without a
+daemon and on any number of threads."""
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import time
+
+import programs
+from programs import lightbatch
+
+SMALL = ["--texels-per-metre", "16", "--lightmap-size", "256", "--target-error", "10%"]
+
+
+def digests(folder):
+    """What must not change: everything but the reports, which hold times."""
+    found = {}
+    for name in sorted(os.listdir(folder)):
+        if not name.startswith("report."):
+            with open(os.path.join(folder, name), "rb") as file:
+                found[name] = hashlib.sha256(file.read()).hexdigest()
+    return found
+
+
+class CommandLine(programs.WithFolder):
+    def test_bake_without_a_daemon(self):
+        scene = self.write("room.glb", programs.room_glb())
+        out = self.path("out")
+        done = lightbatch("bake", scene, "-o", out, *SMALL, "--json",
+                          "--report", self.path("copy.json"))
+        self.assertIn(done.returncode, (0, 4), done.stderr)
+        result = json.loads(done.stdout)
+        self.assertEqual(result["state"], "SUCCEEDED")
+        self.assertEqual({a["path"] for a in result["artifacts"]}, set(os.listdir(out)))
+        for name in ["scene.glb", "lightmap_0.exr", "report.json", "report.html"]:
+            self.assertIn(name, os.listdir(out))
+        with open(self.path("copy.json")) as file:
+            self.assertEqual(json.load(file)["kind"], "bake")
+        self.assertFalse([name for name in os.listdir(out) if "partial" in name])
+
+    def test_same_bytes_everywhere(self):
+        scene = self.write("room.glb", programs.room_glb())
+        daemon = programs.Daemon(self.path("data"))
+        runs = {"one": ["--threads", "1"], "two": ["--threads", "2"],
+                "daemon": ["--server", daemon.address],
+                "again": ["--server", daemon.address, "--no-cache"]}
+        for name, words in runs.items():
+            done = lightbatch("bake", scene, "-o", self.path(name), *SMALL, "-q", *words)
+            self.assertIn(done.returncode, (0, 4), done.stderr)
+        first = digests(self.path("one"))
+        for name in runs:
+            self.assertEqual(digests(self.path(name)), first, name)
+        self.assertEqual(daemon.stop(), 0)
+
+    def test_other_commands(self):
+        scene = self.write("room.glb", programs.room_glb())
+        plan = lightbatch("plan", scene, "-q")
+        self.assertEqual(plan.returncode, 0, plan.stderr)
+        self.assertTrue(plan.stdout.strip())
+        quote = lightbatch("quote", scene, "-q", "--json", "--texels-per-metre", "16")
+        self.assertEqual(quote.returncode, 0, quote.stderr)
+        self.assertEqual(json.loads(quote.stdout)["state"], "SUCCEEDED")
+        for name in ["boxes.glb", "boxes.svg", "boxes.png"]:
+            drawn = lightbatch("hierarchy", scene, "--levels", "0,1,2", "-o", self.path(name))
+            self.assertEqual(drawn.returncode, 0, drawn.stderr)
+            for file in drawn.stdout.split("\n"):
+                if file.startswith(self.folder):
+                    self.assertGreater(os.path.getsize(file), 0)
+        office = lightbatch("scene", "office", "--triangles", "2000", "-o", self.path("office.glb"))
+        self.assertEqual(office.returncode, 0, office.stderr)
+        self.assertGreater(os.path.getsize(self.path("office.glb")), 10_000)
+
+    def test_a_gltf_with_its_files(self):
+        document, binary = programs.room_document()
+        document["buffers"][0]["uri"] = "data/the%20room.bin"
+        os.mkdir(self.path("data"))
+        self.write("data/the room.bin", binary)
+        scene = self.write("room.gltf", json.dumps(document).encode())
+        done = lightbatch("plan", scene, "-q")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        os.remove(self.path("data/the room.bin"))
+        refused = lightbatch("plan", scene, "-q")
+        self.assertEqual(refused.returncode, 3, refused.stderr)
+        self.assertIn("/buffers/0", refused.stderr)
+
+    def test_exit_codes(self):
+        scene = self.write("room.glb", programs.room_glb())
+        broken = self.write("broken.glb", programs.room_glb()[:300])
+        refused = lightbatch("bake", broken, "-q", "-o", self.path("none"))
+        self.assertEqual(refused.returncode, 3, refused.stderr)
+        self.assertIn("broken.glb", refused.stderr)
+        self.assertIn("INPUT_MALFORMED", refused.stderr)
+        self.assertFalse(os.path.exists(self.path("none")))
+        for words in [["bake"], ["bake", scene, "--target-error", "much"], ["roast", scene],
+                      ["bake", self.path("missing.glb")], ["jobs"],
+                      ["bake", scene, "--target-error", "2%", "--time-budget", "3s"],
+                      ["bake", scene, "--sky", self.path("missing.hdr")]]:
+            self.assertEqual(lightbatch(*words).returncode, 2, words)
+        self.assertEqual(lightbatch("jobs", "--server", "127.0.0.1:1").returncode, 5)
+        self.assertEqual(lightbatch("--help").returncode, 0)
+        self.assertEqual(lightbatch("bake", "--help").returncode, 0)
+        self.assertEqual(lightbatch("--version").returncode, 0)
+
+    def test_control_c_cancels(self):
+        office = self.path("office.glb")
+        lightbatch("scene", "office", "--triangles", "20000", "-o", office)
+        process = subprocess.Popen(
+            [programs.OPTIONS.client, "bake", office, "-o", self.path("out"), "--target-error",
+             "0.5%"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        for line in process.stderr:
+            if line.startswith("jobs/"):
+                break
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        process.stderr.read()
+        self.assertEqual(process.wait(timeout=30), 6)
+        self.assertFalse(os.path.exists(self.path("out")))
+
+    def test_a_daemon_keeps_jobs(self):
+        scene = self.write("room.glb", programs.room_glb())
+        daemon = programs.Daemon(self.path("data"))
+        server = ["--server", daemon.address]
+        done = lightbatch("bake", scene, "-o", self.path("out"), *SMALL, "--json", *server)
+        self.assertIn(done.returncode, (0, 4), done.stderr)
+        job = json.loads(done.stdout)["job"]
+        cached = lightbatch("bake", scene, "-o", self.path("out2"), *SMALL, "--json", *server)
+        self.assertTrue(json.loads(cached.stdout)["cache_hit"])
+        listed = json.loads(lightbatch("jobs", "--json", *server).stdout)
+        self.assertEqual([entry["state"] for entry in listed], ["SUCCEEDED", "SUCCEEDED"])
+        watched = lightbatch("watch", job, *server)
+        self.assertEqual(watched.returncode, done.returncode, watched.stderr)
+        fetched = lightbatch("fetch", job, "-o", self.path("fetched"), *server)
+        self.assertEqual(fetched.returncode, done.returncode, fetched.stderr)
+        self.assertEqual(digests(self.path("fetched")), digests(self.path("out")))
+        self.assertEqual(lightbatch("cancel", job, *server).returncode, 2)
+        self.assertEqual(lightbatch("watch", "none", *server).returncode, 5)
+        self.assertEqual(daemon.stop(), 0)
+
+
+if __name__ == "__main__":
+    programs.run(CommandLine)
