@@ -3,6 +3,7 @@
 // programming over (node, number of places it may fill). Boxes stay uncompressed.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -41,12 +42,13 @@ class Collapse {
     if (tree_.is_empty()) return std::move(out_);
     plan();
     if (plans_[0].solid == 0) return std::move(out_);
-    LB_CHECK(plans_[0].solid <= Child::kMaxTriangles, "more triangles than a caster can hold");
-    out_.corners.reserve(9 * std::size_t{plans_[0].solid} + kWidth);
-    out_.ids.reserve(plans_[0].solid);
+    // At worst every triangle has a leaf of its own, of twelve floats.
+    LB_CHECK(plans_[0].solid < Child::kMaxPlace / 3, "more triangles than a caster can hold");
+    out_.leaves.reserve(13 * std::size_t{plans_[0].solid});
     out_.empty = false;
     emit();
-    out_.corners.resize(out_.corners.size() + kWidth, 0.0f);
+    out_.leaves.resize(out_.leaves.size() + kWidth, 0.0f);
+    out_.leaves.shrink_to_fit();
     out_.nodes.shrink_to_fit();
     const Aabb box = tree_.box(0);
     out_.reach = {std::max(std::abs(box.lower.x), std::abs(box.upper.x)),
@@ -143,24 +145,28 @@ class Collapse {
     for (const std::uint32_t triangle : tree_.primitives(i)) {
       if (surface(triangle) != Surface::kClear) members[count++] = triangle;
     }
-    const auto first = static_cast<std::uint32_t>(out_.ids.size());
-    for (std::size_t j = 0; j < 9; ++j) {
-      for (std::uint32_t k = 0; k < count; ++k) {
-        out_.corners.push_back(positions_[triangles_[members[k]][j / 3]][j % 3]);
-      }
+    const std::size_t offset = out_.leaves.size();
+    Aabb box;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      for (const std::uint32_t corner : triangles_[members[k]]) box.add(positions_[corner]);
     }
+    const Vec3f e = box.extent();
+    out_.leaves.push_back((e.x + e.y + e.z) * (1 + 0x1p-20f));
     for (std::uint32_t k = 0; k < count; ++k) {
       const bool filtered = surface(members[k]) == Surface::kFiltered;
-      out_.ids.push_back(members[k] | (filtered ? WideTree::kFilteredFlag : 0u));
+      out_.leaves.push_back(
+          std::bit_cast<float>(members[k] | (filtered ? WideTree::kFilteredFlag : 0u)));
     }
-    return Child::leaf(first, count);
+    for (std::size_t j = 0; j < 9; ++j) {
+      for (std::uint32_t k = 0; k < count; ++k) {
+        out_.leaves.push_back(positions_[triangles_[members[k]][j / 3]][j % 3]);
+      }
+    }
+    while (out_.leaves.size() % 4 != 0) out_.leaves.push_back(0.0f);
+    return Child::leaf(offset, count);
   }
 
   void emit() {
-    if (plans_[0].leaf) {
-      out_.root = write_leaf(0);
-      return;
-    }
     struct Pending {
       NodeId node;
       std::uint32_t parent;
@@ -172,13 +178,10 @@ class Collapse {
       stack.pop_back();
       const auto index = static_cast<std::uint32_t>(out_.nodes.size());
       out_.nodes.emplace_back();
-      if (pending.place == kWidth) {
-        out_.root = index;
-      } else {
-        out_.nodes[pending.parent].child[pending.place] = index;
-      }
-      std::array<NodeId, kWidth> members;
-      const std::size_t count = children(pending.node, members.data());
+      if (pending.place < kWidth) out_.nodes[pending.parent].child[pending.place] = index;
+      std::array<NodeId, kWidth> members{pending.node};
+      const std::size_t count =
+          plans_[pending.node].leaf ? 1 : children(pending.node, members.data());
       for (std::size_t place = 0; place < kWidth; ++place) {
         const Aabb box = place < count ? tree_.box(members[place]) : Aabb();
         WideNode& node = out_.nodes[index];

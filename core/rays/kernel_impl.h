@@ -56,6 +56,7 @@ struct BoxRay {
   std::size_t far_plane[3];
   std::size_t kx, ky, kz;
   float sx, sy, sz;  // shear, and 1 / direction[kz], scaled
+  float span;        // largest |coordinate| of the ray's origin or the boxes, added
 
   BoxRay(const WideTree& tree, const Ray& ray) {
     const Vec3f& o = ray.origin;
@@ -68,9 +69,8 @@ struct BoxRay {
         std::clamp(std::bit_cast<std::uint32_t>(largest) >> 23, 26u, 226u);
     scale = std::bit_cast<float>((253u - exponent) << 23);
     inverse_scale = std::bit_cast<float>((exponent + 1u) << 23);
-    const float span =
-        std::max(std::abs(o.x) + tree.reach.x,
-                 std::max(std::abs(o.y) + tree.reach.y, std::abs(o.z) + tree.reach.z));
+    span = std::max(std::abs(o.x) + tree.reach.x,
+                    std::max(std::abs(o.y) + tree.reach.y, std::abs(o.z) + tree.reach.z));
     for (std::size_t k = 0; k < 3; ++k) {
       float d = ray.direction[k] * scale;
       // Smaller components move the ray by less than the slack over the whole span.
@@ -86,10 +86,9 @@ struct BoxRay {
     kz = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
     kx = (kz + 1) % 3;
     ky = (kz + 2) % 3;
-    const float dz = ray.direction[kz] * scale;
-    sx = ray.direction[kx] * scale / dz;
-    sy = ray.direction[ky] * scale / dz;
-    sz = 1.0f / dz;
+    sz = inverse[kz];
+    sx = ray.direction[kx] * scale * sz;
+    sy = ray.direction[ky] * scale * sz;
   }
 
   /// Bounds in traversal distance, never tighter than the ones given.
@@ -147,11 +146,14 @@ struct LeafMasks {
   unsigned certain;  // surely hit, and at a distance that surely counts
 };
 
-/// Error bound: with coordinates relative to the origin of at most M and sheared x and y of at most
-/// m, the products of an edge function carry an error below 34 u M m (u = 2^-24, M <= m + |z|).
-LB_INLINE LeafMasks test_leaf(const BoxRay& r, const Vec3f& origin, const float* p,
-                              std::size_t step, const Limits& limits) {
+/// The leaf's box was met, so a point of the ray lies in it (and its slack): corners are at most
+/// the leaf's size from the ray in sheared x and y (m), and at most as far along it as the box can
+/// be (M). The products of an edge function then carry an error below 36 u M m, u = 2^-24.
+LB_INLINE LeafMasks test_leaf(const BoxRay& r, const Vec3f& origin, const Leaf& leaf,
+                              const Limits& limits) {
   constexpr float kUnit = 0x1p-24f;
+  const std::size_t step = leaf.count;
+  const float* p = leaf.corners();
   const V8f ox = splat8(origin[r.kx]), oy = splat8(origin[r.ky]), oz = splat8(origin[r.kz]);
   const V8f sx = splat8(-r.sx), sy = splat8(-r.sy);
   V8f x[3], y[3], z[3];
@@ -160,13 +162,13 @@ LB_INLINE LeafMasks test_leaf(const BoxRay& r, const Vec3f& origin, const float*
     x[k] = madd8(sx, z[k], load8(p + (3 * k + r.kx) * step) - ox);
     y[k] = madd8(sy, z[k], load8(p + (3 * k + r.ky) * step) - oy);
   }
-  const V8f u = x[2] * y[1] - y[2] * x[1];
-  const V8f v = x[0] * y[2] - y[0] * x[2];
-  const V8f w = x[1] * y[0] - y[1] * x[0];
-  const V8f flat = max8(max8(max8(abs8(x[0]), abs8(x[1])), max8(abs8(x[2]), abs8(y[0]))),
-                        max8(abs8(y[1]), abs8(y[2])));
-  const V8f deep = max8(abs8(z[0]), max8(abs8(z[1]), abs8(z[2])));
-  const V8f error = (flat + deep) * flat * (40 * kUnit) + 1e-36f;
+  const V8f u = madd8(x[2], y[1], -(y[2] * x[1]));
+  const V8f v = madd8(x[0], y[2], -(y[0] * x[2]));
+  const V8f w = madd8(x[1], y[0], -(y[1] * x[0]));
+  const float flat = leaf.size() + r.span * 0x1p-17f;
+  const float deep = flat + std::min(std::max(limits.upper, -limits.lower), r.span);
+  const float bound = (flat + deep) * flat * (40 * kUnit) + 1e-36f;
+  const V8f error = splat8(bound);
   const V8f least = min8(u, min8(v, w));
   const V8f most = max8(u, max8(v, w));
   const unsigned lanes = (1u << step) - 1;
@@ -175,8 +177,8 @@ LB_INLINE LeafMasks test_leaf(const BoxRay& r, const Vec3f& origin, const float*
   const V8i inside = (least > error) | (most < -error);
   const V8f det = u + v + w;
   const V8f t = (u * z[0] + v * z[1] + w * z[2]) / det * splat8(r.sz);
-  const V8f t_error =
-      abs8(splat8(r.sz)) * deep * (6.0f * error / abs8(det) + 16 * kUnit) + abs8(t) * (8 * kUnit);
+  const V8f t_error = (6.0f * error / abs8(det) + 16 * kUnit) * splat8(std::abs(r.sz) * deep) +
+                      abs8(t) * (8 * kUnit);
   const V8f t_low = t - t_error, t_high = t + t_error;
   const V8i beyond = (t_low > splat8(limits.upper)) | (t_high < splat8(limits.lower));
   const V8i within = (t_low > splat8(limits.tight_lower)) & (t_high < splat8(limits.tight_upper));
@@ -203,7 +205,7 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
   V8f upper = splat8(limits.upper);
   Entry stack[kStackSize];
   std::size_t size = 0;
-  std::uint32_t word = tree.root;
+  std::uint32_t word = 0;
   while (true) {
     while (!Child::is_leaf(word)) {
       const WideNode& node = tree.nodes[word];
@@ -227,19 +229,17 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
       }
     }
     {
-      const std::size_t first = Child::first(word);
-      const std::size_t count = Child::count(word);
-      const float* corners = tree.corners.data() + 9 * first;
-      unsigned maybe = test_leaf(r, ray.origin, corners, count, limits).maybe;
+      const Leaf leaf = tree.leaf(word);
+      unsigned maybe = test_leaf(r, ray.origin, leaf, limits).maybe;
       for (; maybe != 0; maybe &= maybe - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(maybe));
-        const std::uint32_t id = tree.ids[first + k] & ~WideTree::kFilteredFlag;
+        const std::uint32_t id = leaf.id(k) & ~WideTree::kFilteredFlag;
         if (id == exclude) continue;
-        const ExactTest::Result result = exact(corners + k, count);
+        const ExactTest::Result result = exact(leaf.corners() + k, leaf.count);
         if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
         if (!(result.t < best.t || (result.t == best.t && id < best.triangle))) continue;
         const Hit hit{id, result.t, result.u, result.v, result.back};
-        if (filter != nullptr && (tree.ids[first + k] & WideTree::kFilteredFlag) != 0 &&
+        if (filter != nullptr && (leaf.id(k) & WideTree::kFilteredFlag) != 0 &&
             !filter->stops(hit)) {
           continue;
         }
@@ -268,7 +268,7 @@ bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a
   const V8f upper = splat8(limits.upper);
   std::uint32_t stack[kStackSize];
   std::size_t size = 0;
-  std::uint32_t word = tree.root;
+  std::uint32_t word = 0;
   while (true) {
     while (!Child::is_leaf(word)) {
       const WideNode& node = tree.nodes[word];
@@ -281,17 +281,16 @@ bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a
       word = node.child[std::countr_zero(mask)];
     }
     {
-      const std::size_t first = Child::first(word);
-      const std::size_t count = Child::count(word);
-      const float* corners = tree.corners.data() + 9 * first;
-      const LeafMasks masks = test_leaf(r, ray.origin, corners, count, limits);
+      const Leaf leaf = tree.leaf(word);
+      const LeafMasks masks = test_leaf(r, ray.origin, leaf, limits);
       for (unsigned maybe = masks.maybe; maybe != 0; maybe &= maybe - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(maybe));
-        const std::uint32_t id = tree.ids[first + k] & ~WideTree::kFilteredFlag;
+        const std::uint32_t id = leaf.id(k) & ~WideTree::kFilteredFlag;
         if (id == exclude_a || id == exclude_b) continue;
-        const bool ask = filter != nullptr && (tree.ids[first + k] & WideTree::kFilteredFlag) != 0;
+        const bool ask = filter != nullptr && (leaf.id(k) & WideTree::kFilteredFlag) != 0;
         if (!ask && ((masks.certain >> k) & 1u) != 0) return true;
-        const ExactTest::Result result = ExactTest(ray.origin, ray.direction)(corners + k, count);
+        const ExactTest::Result result =
+            ExactTest(ray.origin, ray.direction)(leaf.corners() + k, leaf.count);
         if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
         if (!ask || filter->stops({id, result.t, result.u, result.v, result.back})) return true;
       }

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "core/hierarchy/hierarchy.h"
+#include "core/hierarchy/large_vector.h"
 #include "core/math/aabb.h"
 #include "core/rays/caster.h"
 
@@ -14,42 +15,54 @@ namespace lightbatch::rays {
 
 constexpr std::size_t kWidth = 8;
 
-/// Reference to a child: a wide node, or a leaf of 1..8 triangles in one word.
+/// Reference to a child: a wide node, or a leaf of 1..8 triangles in one word (its place in
+/// WideTree::leaves in steps of four, and its count).
 struct Child {
   static constexpr std::uint32_t kLeafFlag = 0x80000000u;
-  static constexpr std::uint32_t kMaxTriangles = 1u << 28;
+  static constexpr std::uint32_t kMaxPlace = 1u << 28;
 
-  static std::uint32_t leaf(std::uint32_t first, std::uint32_t count) {
-    return kLeafFlag | ((count - 1) << 28) | first;
+  static std::uint32_t leaf(std::size_t offset, std::uint32_t count) {
+    return kLeafFlag | ((count - 1) << 28) | static_cast<std::uint32_t>(offset / 4);
   }
   static bool is_leaf(std::uint32_t word) { return (word & kLeafFlag) != 0; }
   static std::uint32_t count(std::uint32_t word) { return ((word >> 28) & 7u) + 1; }
-  static std::uint32_t first(std::uint32_t word) { return word & (kMaxTriangles - 1); }
+  static std::size_t offset(std::uint32_t word) { return 4 * std::size_t{word & (kMaxPlace - 1)}; }
 };
 
 /// Eight child boxes side by side. Unused places hold empty boxes, which no ray meets.
-struct alignas(64) WideNode {
+struct alignas(32) WideNode {
   float lower[3][kWidth];
   float upper[3][kWidth];
   std::uint32_t child[kWidth];
 };
 
-/// The casting tree: the binary hierarchy with levels taken out. Triangles are stored leaf by leaf:
-/// component j of triangle i of a leaf is corners[9 * first + j * count + i] (corner j / 3, axis
-/// j % 3), so vector loads need no padding between leaves.
+/// A leaf as stored: one float (`size`), count ids, 9 * count coordinates. Component j of triangle
+/// i is coordinate j * count + i (corner j / 3, axis j % 3), so vector loads need no padding inside
+/// a leaf; leaves begin at multiples of four.
+struct Leaf {
+  const float* data;
+  std::uint32_t count;
+
+  /// Sum of the extents of the box of the triangles, rounded up.
+  float size() const { return data[0]; }
+  std::uint32_t id(std::size_t i) const { return std::bit_cast<std::uint32_t>(data[1 + i]); }
+  const float* corners() const { return data + 1 + count; }
+};
+
+/// The casting tree: the binary hierarchy with levels taken out. The root is always a node.
 struct WideTree {
-  static constexpr std::uint32_t kFilteredFlag = 0x80000000u;
+  static constexpr std::uint32_t kFilteredFlag = 0x80000000u;  // in ids: asks the filter
 
   bool empty = true;
-  std::uint32_t root = 0;
   Vec3f reach;  // largest |coordinate| of the boxes on each axis
-  std::vector<WideNode> nodes;
-  std::vector<float> corners;      // 9 a triangle, and 8 of padding
-  std::vector<std::uint32_t> ids;  // triangle index, kFilteredFlag where it asks the filter
+  hierarchy::LargeVector<WideNode> nodes;
+  hierarchy::LargeVector<float> leaves;  // and padding, so that vector loads stay inside
 
+  Leaf leaf(std::uint32_t word) const {
+    return {leaves.data() + Child::offset(word), Child::count(word)};
+  }
   std::size_t memory_bytes() const {
-    return nodes.capacity() * sizeof(WideNode) + corners.capacity() * sizeof(float) +
-           ids.capacity() * sizeof(std::uint32_t);
+    return nodes.capacity() * sizeof(WideNode) + leaves.capacity() * sizeof(float);
   }
 };
 
