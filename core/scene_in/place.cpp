@@ -94,11 +94,12 @@ void place_objects(const std::vector<Placement>& placements,
     for (std::size_t i = first; i < last; ++i) {
       const Piece& piece = vertex_pieces[i];
       const Primitive& primitive = primitive_of(piece.placement);
-      const Affine& world = placements[piece.placement].object.to_world;
+      // Far from zero, digits are lost by adding the translation: take the origin off it first.
+      Affine world = placements[piece.placement].object.to_world;
+      world.t = world.t - scene.origin;
       const std::size_t base = first_vertex[piece.placement];
       for (std::size_t v = piece.begin; v < piece.end; ++v) {
-        const Vec3d at = world.point(to_double(primitive.positions[v])) - scene.origin;
-        scene.positions[base + v] = to_float(at);
+        scene.positions[base + v] = to_float(world.point(to_double(primitive.positions[v])));
         if (uv0 && !primitive.uv0.empty()) scene.uv0[base + v] = primitive.uv0[v];
         if (uv1 && !primitive.uv1.empty()) scene.uv1[base + v] = primitive.uv1[v];
       }
