@@ -1,7 +1,6 @@
 #include "core/rays/caster.h"
 
-#include "core/rays/kernel.h"
-#include "core/rays/wide_tree.h"
+#include "core/rays/caster_tree.h"
 
 namespace lightbatch::rays {
 
@@ -13,11 +12,6 @@ const Kernel& kernel() {
 #endif
   return baseline_kernel();
 }
-
-struct Caster::Tree {
-  WideTree wide;
-  const Kernel* kernel;
-};
 
 Caster::Caster(const hierarchy::Hierarchy& tree, std::span<const Vec3f> positions,
                std::span<const std::array<std::uint32_t, 3>> triangles,

@@ -72,6 +72,7 @@ class Caster {
   std::size_t memory_bytes() const;
 
  private:
+  friend class Bundle;
   struct Tree;
   std::unique_ptr<Tree> tree_;
 };

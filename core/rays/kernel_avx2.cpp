@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "core/hierarchy/split_rule.h"
@@ -30,7 +31,7 @@ namespace {
 }  // namespace
 
 const Kernel& avx2_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, occluded_from, gather_candidates};
   return kKernel;
 }
 

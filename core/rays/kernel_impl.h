@@ -177,8 +177,10 @@ LB_INLINE LeafMasks test_leaf(const BoxRay& r, const Vec3f& origin, const Leaf& 
   const V8i inside = (least > error) | (most < -error);
   const V8f det = u + v + w;
   const V8f t = (u * z[0] + v * z[1] + w * z[2]) / det * splat8(r.sz);
-  const V8f t_error = (6.0f * error / abs8(det) + 16 * kUnit) * splat8(std::abs(r.sz) * deep) +
-                      abs8(t) * (8 * kUnit);
+  // Errors of the weights move t only within the depth of the triangle, which is below `flat`.
+  const V8f t_error =
+      (6.0f * flat * error / abs8(det) + 16 * kUnit * deep) * splat8(std::abs(r.sz)) +
+      abs8(t) * (8 * kUnit);
   const V8f t_low = t - t_error, t_high = t + t_error;
   const V8i beyond = (t_low > splat8(limits.upper)) | (t_high < splat8(limits.lower));
   const V8i within = (t_low > splat8(limits.tight_lower)) & (t_high < splat8(limits.tight_upper));
@@ -199,7 +201,6 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
   if (tree.empty) return Hit();
   const BoxRay r(tree, ray);
   if (!r.valid) return Hit();
-  const ExactTest exact(ray.origin, ray.direction);
   const BoxTest boxes(r, r.lower_limit(ray.t_min));
   Limits limits{r.lower_limit(ray.t_min), r.upper_limit(ray.t_max), 0, 0};
   V8f upper = splat8(limits.upper);
@@ -235,7 +236,8 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
         const auto k = static_cast<std::size_t>(std::countr_zero(maybe));
         const std::uint32_t id = leaf.id(k) & ~WideTree::kFilteredFlag;
         if (id == exclude) continue;
-        const ExactTest::Result result = exact(leaf.corners() + k, leaf.count);
+        const ExactTest::Result result =
+            ExactTest(ray.origin, ray.direction)(leaf.corners() + k, leaf.count);
         if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
         if (!(result.t < best.t || (result.t == best.t && id < best.triangle))) continue;
         const Hit hit{id, result.t, result.u, result.v, result.back};
@@ -257,9 +259,9 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
   }
 }
 
-bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a,
-                   std::uint32_t exclude_b, HitFilter* filter) {
-  if (tree.empty) return false;
+/// Starts from the given nodes instead of the root.
+bool occluded_from(const WideTree& tree, std::span<const WideNode> start, const Ray& ray,
+                   std::uint32_t exclude_a, std::uint32_t exclude_b, HitFilter* filter) {
   const BoxRay r(tree, ray);
   if (!r.valid) return false;
   const BoxTest boxes(r, r.lower_limit(ray.t_min));
@@ -267,36 +269,110 @@ bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a
                       r.tight_lower_limit(ray.t_min), r.tight_upper_limit(ray.t_max)};
   const V8f upper = splat8(limits.upper);
   std::uint32_t stack[kStackSize];
-  std::size_t size = 0;
-  std::uint32_t word = 0;
+  std::size_t size = 0, next = 0;
+  const WideNode* node = start.data();
   while (true) {
-    while (!Child::is_leaf(word)) {
-      const WideNode& node = tree.nodes[word];
+    if (node != nullptr) {
       V8f near;
-      unsigned mask = boxes(r, &node.lower[0][0], upper, near);
-      if (mask == 0) goto pop;
-      for (; (mask & (mask - 1)) != 0; mask &= mask - 1) {
-        stack[size++] = node.child[std::countr_zero(mask)];
+      unsigned mask = boxes(r, &node->lower[0][0], upper, near);
+      for (; mask != 0; mask &= mask - 1) {
+        stack[size++] = node->child[std::countr_zero(mask)];
       }
-      word = node.child[std::countr_zero(mask)];
+      node = nullptr;
     }
-    {
-      const Leaf leaf = tree.leaf(word);
-      const LeafMasks masks = test_leaf(r, ray.origin, leaf, limits);
-      for (unsigned maybe = masks.maybe; maybe != 0; maybe &= maybe - 1) {
-        const auto k = static_cast<std::size_t>(std::countr_zero(maybe));
-        const std::uint32_t id = leaf.id(k) & ~WideTree::kFilteredFlag;
-        if (id == exclude_a || id == exclude_b) continue;
-        const bool ask = filter != nullptr && (leaf.id(k) & WideTree::kFilteredFlag) != 0;
-        if (!ask && ((masks.certain >> k) & 1u) != 0) return true;
-        const ExactTest::Result result =
-            ExactTest(ray.origin, ray.direction)(leaf.corners() + k, leaf.count);
-        if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
-        if (!ask || filter->stops({id, result.t, result.u, result.v, result.back})) return true;
-      }
+    if (size == 0) {
+      if (++next >= start.size()) return false;
+      node = &start[next];
+      continue;
     }
-  pop:
-    if (size == 0) return false;
-    word = stack[--size];
+    const std::uint32_t word = stack[--size];
+    if (!Child::is_leaf(word)) {
+      node = &tree.nodes[word];
+      continue;
+    }
+    const Leaf leaf = tree.leaf(word);
+    const LeafMasks masks = test_leaf(r, ray.origin, leaf, limits);
+    for (unsigned maybe = masks.maybe; maybe != 0; maybe &= maybe - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(maybe));
+      const std::uint32_t id = leaf.id(k) & ~WideTree::kFilteredFlag;
+      if (id == exclude_a || id == exclude_b) continue;
+      const bool ask = filter != nullptr && (leaf.id(k) & WideTree::kFilteredFlag) != 0;
+      if (!ask && ((masks.certain >> k) & 1u) != 0) return true;
+      const ExactTest::Result result =
+          ExactTest(ray.origin, ray.direction)(leaf.corners() + k, leaf.count);
+      if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
+      if (!ask || filter->stops({id, result.t, result.u, result.v, result.back})) return true;
+    }
   }
+}
+
+bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a,
+                   std::uint32_t exclude_b, HitFilter* filter) {
+  if (tree.empty) return false;
+  return occluded_from(tree, std::span(tree.nodes).first(1), ray, exclude_a, exclude_b, filter);
+}
+
+/// Boxes and references waiting to be packed into nodes.
+struct Candidates {
+  float lower[3][Shaft::kMost + kWidth];
+  float upper[3][Shaft::kMost + kWidth];
+  std::uint32_t child[Shaft::kMost + kWidth];
+  std::size_t count = 0;
+};
+
+/// Adds the children of a node that may reach into the shaft.
+LB_INLINE void add_children(const Shaft& shaft, const WideNode& node, Candidates& out) {
+  V8i keep{-1, -1, -1, -1, -1, -1, -1, -1};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    keep &= load8(node.lower[axis]) <= splat8(shaft.bounds.upper[axis]);
+    keep &= load8(node.upper[axis]) >= splat8(shaft.bounds.lower[axis]);
+  }
+  for (std::size_t i = 0; i < shaft.plane_count; ++i) {
+    // The corner of the box deepest inside the plane.
+    const Shaft::Plane& plane = shaft.planes[i];
+    const float* p = plane.normal[0] > 0 ? node.lower[plane.axis[0]] : node.upper[plane.axis[0]];
+    const float* q = plane.normal[1] > 0 ? node.lower[plane.axis[1]] : node.upper[plane.axis[1]];
+    keep &= load8(p) * splat8(plane.normal[0]) + load8(q) * splat8(plane.normal[1]) <=
+            splat8(plane.limit);
+  }
+  for (unsigned mask = mask8(keep); mask != 0; mask &= mask - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(mask));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      out.lower[axis][out.count] = node.lower[axis][k];
+      out.upper[axis][out.count] = node.upper[axis][k];
+    }
+    out.child[out.count++] = node.child[k];
+  }
+}
+
+std::size_t gather_candidates(const WideTree& tree, const Shaft& shaft, WideNode* packs) {
+  if (tree.empty) return 0;
+  Candidates found;
+  add_children(shaft, tree.nodes[0], found);
+  // Breadth first; an expanded node's place goes to the last candidate.
+  for (std::size_t i = 0; i < found.count && found.count < Shaft::kMost;) {
+    const std::uint32_t word = found.child[i];
+    if (Child::is_leaf(word)) {
+      ++i;
+      continue;
+    }
+    const std::size_t last = --found.count;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      found.lower[axis][i] = found.lower[axis][last];
+      found.upper[axis][i] = found.upper[axis][last];
+    }
+    found.child[i] = found.child[last];
+    add_children(shaft, tree.nodes[word], found);
+  }
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  const std::size_t count = (found.count + kWidth - 1) / kWidth;
+  for (std::size_t k = 0; k < count * kWidth; ++k) {
+    WideNode& pack = packs[k / kWidth];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      pack.lower[axis][k % kWidth] = k < found.count ? found.lower[axis][k] : kInf;
+      pack.upper[axis][k % kWidth] = k < found.count ? found.upper[axis][k] : -kInf;
+    }
+    pack.child[k % kWidth] = k < found.count ? found.child[k] : 0;
+  }
+  return count;
 }
