@@ -22,6 +22,8 @@ namespace {
 using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
+constexpr std::size_t kMaxSummaryBytes = 64 * 1024;
+
 std::string media_type(const std::filesystem::path& file) {
   static const std::map<std::string, std::string> types = {
       {".glb", "model/gltf-binary"}, {".gltf", "model/gltf+json"},  {".exr", "image/x-exr"},
@@ -157,7 +159,7 @@ RunResult JobRunner::run(const v1::Job& job, const v1::Scene& scene,
         result.status =
             collect(talk.done.value("artifacts", std::vector<std::string>()), folder, result);
         result.missed_target = talk.done.value("missed_target", false);
-        result.summary = talk.done.value("summary", "");
+        result.summary = talk.done.value("summary", "").substr(0, kMaxSummaryBytes);
       } else if (cancel) {
         result.status = cancelled();
       } else if (late) {

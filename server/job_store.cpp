@@ -8,6 +8,9 @@
 namespace lightbatch::server {
 namespace {
 
+/// A page ends early rather than outgrow a message of 4 MiB.
+constexpr std::size_t kMaxPageBytes = std::size_t{2} << 20;
+
 std::int64_t state_value(const v1::Job& job) { return static_cast<std::int64_t>(job.state()); }
 
 std::string row_bytes(v1::Job job) {

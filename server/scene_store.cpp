@@ -35,7 +35,7 @@ std::string manifest_sha256(const v1::Scene& scene) {
 
 Result<v1::Scene> SceneStore::create(const v1::CreateSceneRequest& request) {
   if (request.files().empty() || request.files_size() > kMaxSceneFiles) {
-    return bad_request("a scene has 1 to 100,000 files", "files");
+    return bad_request("a scene has 1 to 20,000 files", "files");
   }
   v1::Scene scene;
   scene.set_main_path(request.main_path());

@@ -28,6 +28,6 @@ class SceneStore {
   const BlobStore& blobs_;
 };
 
-constexpr int kMaxSceneFiles = 100'000;
+constexpr int kMaxSceneFiles = 20'000;
 
 }  // namespace lightbatch::server

@@ -36,6 +36,16 @@ Status unknown_enum(const char* field) {
   return bad_option(std::string("this server does not know this value of ") + field);
 }
 
+/// A build names its version; a program built anew from changed sources may name the same one. The
+/// bytes of the executable tell them apart.
+const std::string& executable_sha256() {
+  static const std::string digest = [] {
+    const auto bytes = read_file("/proc/self/exe");
+    return bytes.ok() ? sha256_hex(*bytes) : std::string("unknown");
+  }();
+  return digest;
+}
+
 bool has_file(const v1::Scene& scene, const std::string& path) {
   return std::any_of(scene.files().begin(), scene.files().end(),
                      [&](const v1::SceneFile& file) { return file.path() == path; });
@@ -192,7 +202,8 @@ Result<JobStore::Submission> make_submission(const v1::SubmitJobRequest& request
   if (request.has_timeout()) *job.mutable_timeout() = request.timeout();
   submission.request_id = request.request_id();
   submission.request_sha256 = request_sha256(request);
-  submission.cache_key = cache_key(scene.manifest_sha256(), request.options(), engine.build_id());
+  submission.cache_key = cache_key(scene.manifest_sha256(), request.options(),
+                                   engine.build_id() + '\n' + executable_sha256());
   return submission;
 }
 

@@ -1,6 +1,7 @@
 #include "client/cli/job_commands.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <fstream>
 
@@ -115,9 +116,15 @@ client::Outcome<client::Done> fetch_kind(client::Client& client, const v1::Job& 
   return client::Done();
 }
 
-const v1::Artifact* find_artifact(const v1::Job& job, std::string_view path) {
-  for (const v1::Artifact& artifact : job.artifacts()) {
-    if (artifact.path() == path) return &artifact;
+/// The machine-readable report of a job: report.json, or the file named after a small job's kind.
+const v1::Artifact* find_report(const v1::Job& job, v1::JobKind kind) {
+  std::string by_kind = v1::JobKind_Name(kind).substr(sizeof("JOB_KIND_") - 1) + ".json";
+  std::transform(by_kind.begin(), by_kind.end(), by_kind.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const std::string& wanted : {std::string("report.json"), by_kind}) {
+    for (const v1::Artifact& artifact : job.artifacts()) {
+      if (artifact.path() == wanted) return &artifact;
+    }
   }
   return nullptr;
 }
@@ -141,7 +148,7 @@ client::Outcome<client::Done> deliver(Session& session, v1::JobKind kind, const 
     auto fetched = fetch_kind(client, job, target);
     if (!fetched.ok()) return fetched;
   }
-  const v1::Artifact* report = find_artifact(job, "report.json");
+  const v1::Artifact* report = find_report(job, kind);
   if (report != nullptr && !words.report.empty()) {
     auto fetched = client.fetch_blob(report->digest(), words.report);
     if (!fetched.ok()) return fetched;

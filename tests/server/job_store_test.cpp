@@ -77,6 +77,24 @@ TEST_F(JobStoreTest, PagesCoverEverythingOnce) {
   EXPECT_EQ(store_->list(request).status().reason(), "BAD_REQUEST");
 }
 
+TEST_F(JobStoreTest, PagesStayBelowTheMessageBound) {
+  for (int i = 0; i < 6; ++i) {
+    JobStore::Submission large = submission();
+    large.job.set_summary(std::string(700'000, 's'));
+    ASSERT_TRUE(store_->insert(large).ok());
+  }
+  v1::ListJobsRequest request;
+  int seen = 0;
+  do {
+    const auto page = store_->list(request);
+    ASSERT_TRUE(page.ok());
+    EXPECT_LT(page->ByteSizeLong(), std::size_t{4} << 20);
+    seen += page->jobs_size();
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  EXPECT_EQ(seen, 6);
+}
+
 TEST_F(JobStoreTest, PageTokensOfAnotherFilterAreRefused) {
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(store_->insert(submission()).ok());
   v1::ListJobsRequest request;
