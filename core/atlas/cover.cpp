@@ -35,7 +35,8 @@ std::vector<Band> make_bands(const Layout& layout) {
     if (layout.chart_of[t] == kNone) continue;
     const std::uint32_t page = layout.charts[layout.chart_of[t]].page;
     const RowRange rows = texel_rows(grid_triangle(layout, t));
-    for (std::int32_t b = rows.first / kBandRows; b <= rows.last / kBandRows; ++b) {
+    const std::int32_t last_row = std::min(rows.last, layout.pages[page].height - 1);
+    for (std::int32_t b = std::max(rows.first, 0) / kBandRows; b * kBandRows <= last_row; ++b) {
       bands[first_band[page] + static_cast<std::size_t>(b)].triangles.push_back(t);
     }
   }
@@ -50,8 +51,10 @@ void cover_band(const scene::Scene& scene, const Layout& layout, Band& band) {
     const double surface = length(cross(to_double(c[1]) - a, to_double(c[2]) - a)) / 2;
     append_fragments(grid_triangle(layout, t), t, surface, band.first_row, band.end_row, found);
   }
+  const std::int32_t columns = layout.pages[band.page].width;
+  std::erase_if(found, [&](const PlacedFragment& f) { return f.x < 0 || f.x >= columns; });
   // Stable counting sort by texel.
-  const auto width = static_cast<std::size_t>(layout.pages[band.page].width);
+  const auto width = static_cast<std::size_t>(columns);
   const auto texel_of = [&](const PlacedFragment& f) {
     return static_cast<std::size_t>(f.y - band.first_row) * width + static_cast<std::size_t>(f.x);
   };

@@ -46,6 +46,17 @@ void append_collapsed(const GridTriangle& g, std::uint32_t triangle, double surf
   }
 }
 
+/// Samples of one texel, from those of its four sample rows.
+unsigned sample_mask(const SampleRow (&rows)[4], std::int32_t x) {
+  unsigned mask = 0;
+  for (unsigned s = 0; s < 4; ++s) {
+    const std::int64_t from = std::clamp<std::int64_t>(rows[s].first - 4 * std::int64_t{x}, 0, 4);
+    const std::int64_t to = std::clamp<std::int64_t>(rows[s].end - 4 * std::int64_t{x}, 0, 4);
+    if (from < to) mask |= ((1u << to) - (1u << from)) << (4 * s);
+  }
+  return mask;
+}
+
 /// One texel row of a triangle: coordinates relative to (x0, row).
 class RowClipper {
  public:
@@ -71,10 +82,10 @@ class RowClipper {
     full_to_ = std::min(right[0], right[1]);
   }
 
+  /// Whether the triangle holds the whole texel.
+  bool is_full(std::int32_t column) const { return column >= full_from_ && column + 1 <= full_to_; }
   AreaCentroid cell(std::int32_t column) const {
-    const double from = column, to = from + 1;
-    if (from >= full_from_ && to <= full_to_) return {1.0, {from + 0.5, 0.5}};
-    return area_centroid(clipped(clipped(strip_, false, from, 1.0), false, to, -1.0));
+    return area_centroid(clipped(clipped(strip_, false, column, 1.0), false, column + 1.0, -1.0));
   }
 
   double low = 1e300, high = -1e300;
@@ -122,34 +133,44 @@ void append_fragments(const GridTriangle& g, std::uint32_t triangle, double surf
   }
   const double uv_area = std::abs(static_cast<double>(twice)) / (2.0 * kUnits * kUnits);
   const double negligible = std::min(1e-9, 1e-6 * uv_area);
-  const auto x0 = static_cast<std::int32_t>(floor_div(std::min({g[0].x, g[1].x, g[2].x}), kUnits));
+  const auto [x_low, x_high] = std::minmax({g[0].x, g[1].x, g[2].x});
+  const auto x0 = static_cast<std::int32_t>(floor_div(x_low, kUnits));
   const RowRange rows = texel_rows(g);
+  const auto append = [&](std::int32_t x, std::int32_t y, unsigned mask, const AreaCentroid& part) {
+    PlacedFragment f;
+    f.x = x;
+    f.y = y;
+    f.fragment = {
+        triangle,
+        static_cast<std::uint16_t>(mask),
+        static_cast<float>(std::max(part.area, 1e-12)),
+        {static_cast<float>(x0 + part.centroid.x), static_cast<float>(y + part.centroid.y)},
+        static_cast<float>(surface * part.area / uv_area)};
+    out.push_back(f);
+  };
   for (std::int32_t y = std::max(rows.first, first_row); y <= std::min(rows.last, end_row - 1);
        ++y) {
-    const RowClipper strip(g, y, x0);
     SampleRow samples[4];
     for (std::int32_t s = 0; s < 4; ++s) samples[s] = sample_row(g, kSampleStep, 4 * y + s);
+    if (rows.first == rows.last && x_high <= (x0 + 1) * kUnits) {  // all within one texel
+      Vec2d sum;
+      for (const GridPoint& p : g) {
+        sum = sum + Vec2d{(p.x - x0 * kUnits) * kTexel, (p.y - y * kUnits) * kTexel};
+      }
+      const AreaCentroid part{uv_area, sum * (1.0 / 3)};
+      append(x0, y, sample_mask(samples, x0), part);
+      return;
+    }
+    const RowClipper strip(g, y, x0);
     const auto last = static_cast<std::int32_t>(std::ceil(strip.high));
     for (auto column = static_cast<std::int32_t>(std::floor(strip.low)); column < last; ++column) {
-      const AreaCentroid part = strip.cell(column);
-      const std::int64_t sample0 = 4 * (std::int64_t{x0} + column);
-      unsigned mask = 0;
-      for (unsigned s = 0; s < 4; ++s) {
-        const std::int64_t from = std::max(samples[s].first - sample0, std::int64_t{0});
-        const std::int64_t to = std::min(samples[s].end - sample0, std::int64_t{4});
-        for (std::int64_t i = from; i < to; ++i) mask |= 1u << (4 * s + static_cast<unsigned>(i));
+      if (strip.is_full(column)) {
+        append(x0 + column, y, 0xffff, {1.0, {column + 0.5, 0.5}});
+        continue;
       }
-      if (part.area <= negligible && mask == 0) continue;
-      PlacedFragment f;
-      f.x = x0 + column;
-      f.y = y;
-      f.fragment = {
-          triangle,
-          static_cast<std::uint16_t>(mask),
-          static_cast<float>(std::max(part.area, 1e-12)),
-          {static_cast<float>(x0 + part.centroid.x), static_cast<float>(y + part.centroid.y)},
-          static_cast<float>(surface * part.area / uv_area)};
-      out.push_back(f);
+      const AreaCentroid part = strip.cell(column);
+      const unsigned mask = sample_mask(samples, x0 + column);
+      if (part.area > negligible || mask != 0) append(x0 + column, y, mask, part);
     }
   }
 }

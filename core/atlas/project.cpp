@@ -134,7 +134,9 @@ double footprint_estimate(const FlatChart& chart, double density, int max_side) 
   const double w = std::min(chart.width * density, limit);
   const double h = std::min(chart.height * density, limit);
   if (w < 0.5 && h < 0.5) return 0.8 * std::max(w, h);  // shares a texel
-  const auto side = [](double size) { return size < 0.5 ? 1.0 : std::max(2.0, std::floor(size + 1.4)); };
+  const auto side = [](double size) {
+    return size < 0.5 ? 1.0 : std::max(2.0, std::floor(size + 1.4));
+  };
   const double rectangle = side(w) * side(h);
   const double full = chart.width * density * chart.height * density;
   const double shrink = full > 0 ? w * h / full : 0.0;  // a chart wider than a page is squeezed
