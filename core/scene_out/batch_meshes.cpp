@@ -5,6 +5,7 @@
 #include "core/scene_out/corners.h"
 #include "core/scene_out/instance_cells.h"
 #include "core/scene_out/mesh_builder.h"
+#include "core/scene_out/portable.h"
 
 namespace lightbatch::scene_out {
 namespace {
@@ -49,6 +50,34 @@ Result<GroupCorners> gather(Writer& w, const batches::Group& group, const Corner
   return result;
 }
 
+/// The meshes of a group, and the material that goes with them.
+Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& group,
+                                           const Vec3d& frame, std::uint32_t max_vertices,
+                                           std::uint32_t* material) {
+  const bool lit = group.page != kNone;
+  if (lit && w.portable()) {
+    *material = portable_material(w, group.material);
+    Pieces pieces;
+    for (const batches::Piece& piece : group.pieces) {
+      pieces.push_back({piece.object, {}});
+      for (const batches::Range& r : piece.ranges)
+        for (std::uint32_t t = r.first; t < r.first + r.count; ++t)
+          pieces.back().second.push_back(t);
+    }
+    return portable_meshes(w, pieces, &frame, max_vertices);
+  }
+  const scene::Object& first = w.scene.objects[group.pieces.front().object];
+  LB_ASSIGN_OR_RETURN(const SourcePrimitive* source, w.sources.get(first.mesh, first.primitive));
+  std::uint32_t moved = kNone;
+  if (lit) {
+    if (uses_uv_set(w.document.json, *material, 1)) moved = free_uv_set(source->types);
+    *material = w.materials.with_lightmap(*material, group.page, moved);
+  }
+  const CornerPlan plan = plan_corners(source->types, lit, moved);
+  LB_ASSIGN_OR_RETURN(GroupCorners corners, gather(w, group, plan, frame));
+  return build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices);
+}
+
 /// Where a run of indices came from, for extras.
 Json range_json(const Writer& w, std::size_t primitive, const IndexRange& range) {
   const scene::Object& object = w.scene.objects[range.object];
@@ -74,18 +103,10 @@ Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t ma
   const Vec3d frame = to_double(to_float(centre));
   Json primitives = Json::array(), ranges = Json::array();
   for (const batches::Group& group : batch.groups) {
-    const scene::Object& first = w.scene.objects[group.pieces.front().object];
-    LB_ASSIGN_OR_RETURN(const SourcePrimitive* source, w.sources.get(first.mesh, first.primitive));
     std::uint32_t material = w.gltf_material(group.material);
-    std::uint32_t moved = kNone;
-    if (group.page != kNone) {
-      if (uses_uv_set(w.document.json, material, 1)) moved = free_uv_set(source->types);
-      material = w.materials.with_lightmap(material, group.page, moved);
-    }
-    const CornerPlan plan = plan_corners(source->types, group.page != kNone, moved);
-    LB_ASSIGN_OR_RETURN(GroupCorners corners, gather(w, group, plan, frame));
-    for (const MeshData& mesh :
-         build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices)) {
+    LB_ASSIGN_OR_RETURN(const std::vector<MeshData> meshes,
+                        group_meshes(w, group, frame, max_vertices, &material));
+    for (const MeshData& mesh : meshes) {
       Json primitive = add_primitive(w.binary, mesh.types, mesh.data, mesh.indices);
       if (material != kNone) primitive["material"] = material;
       for (const IndexRange& r : mesh.ranges) ranges.push_back(range_json(w, primitives.size(), r));

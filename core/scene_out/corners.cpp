@@ -3,45 +3,29 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace lightbatch::scene_out {
 namespace {
 
-/// Component i of an element, normalised integers as glTF 3.6.2.2 maps them.
-double component(const AttributeType& type, const std::byte* element, std::size_t i) {
-  const std::byte* at = element + i * type.component_bytes();
-  switch (type.component_type) {
-    case 5120: {
-      std::int8_t v;
-      std::memcpy(&v, at, 1);
-      return std::max(v / 127.0, -1.0);
-    }
-    case 5122: {
-      std::int16_t v;
-      std::memcpy(&v, at, 2);
-      return std::max(v / 32767.0, -1.0);
-    }
-    default: {
-      float v;
-      std::memcpy(&v, at, 4);
-      return static_cast<double>(v);
-    }
-  }
+template <typename T>
+double load(const std::byte* at, bool normalized) {
+  T v;
+  std::memcpy(&v, at, sizeof(T));
+  const double value = static_cast<double>(v);
+  return normalized ? std::max(value / static_cast<double>(std::numeric_limits<T>::max()), -1.0)
+                    : value;
 }
 
-void push_component(const AttributeType& type, double value, Bytes& bytes) {
-  if (type.component_type == 5120) {
-    const auto v = static_cast<std::int8_t>(std::lround(std::clamp(value, -1.0, 1.0) * 127));
-    bytes.push_back(static_cast<std::byte>(v));
-  } else if (type.component_type == 5122) {
-    const auto v = static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0, 1.0) * 32767));
-    std::byte raw[2];
-    std::memcpy(raw, &v, 2);
-    bytes.insert(bytes.end(), raw, raw + 2);
-  } else {
-    const auto v = static_cast<float>(value);
-    push_floats(bytes, &v, 1);
-  }
+template <typename T>
+void store(double value, bool normalized, Bytes& bytes) {
+  constexpr double kHigh = std::numeric_limits<T>::max(), kLow = std::numeric_limits<T>::lowest();
+  const double scaled = normalized ? value * kHigh : value;
+  const T v =
+      static_cast<T>(std::clamp(std::round(scaled), normalized && kLow < 0 ? -kHigh : kLow, kHigh));
+  std::byte raw[sizeof(T)];
+  std::memcpy(raw, &v, sizeof(T));
+  bytes.insert(bytes.end(), raw, raw + sizeof(T));
 }
 
 bool is_direction(const AttributeType& type) {
@@ -51,6 +35,46 @@ bool is_direction(const AttributeType& type) {
 }
 
 }  // namespace
+
+double component(const AttributeType& type, const std::byte* element, std::size_t i) {
+  const std::byte* at = element + i * type.component_bytes();
+  // Directions of bytes and shorts count as normalised whether they say so or not.
+  const bool n = type.normalized || is_direction(type);
+  switch (type.component_type) {
+    case 5120:
+      return load<std::int8_t>(at, n);
+    case 5121:
+      return load<std::uint8_t>(at, n);
+    case 5122:
+      return load<std::int16_t>(at, n);
+    case 5123:
+      return load<std::uint16_t>(at, n);
+    case 5125:
+      return load<std::uint32_t>(at, n);
+    default:
+      return load<float>(at, false);
+  }
+}
+
+void push_component(const AttributeType& type, double value, Bytes& bytes) {
+  const bool n = type.normalized || is_direction(type);
+  switch (type.component_type) {
+    case 5120:
+      return store<std::int8_t>(value, n, bytes);
+    case 5121:
+      return store<std::uint8_t>(value, n, bytes);
+    case 5122:
+      return store<std::int16_t>(value, n, bytes);
+    case 5123:
+      return store<std::uint16_t>(value, n, bytes);
+    case 5125:
+      return store<std::uint32_t>(value, n, bytes);
+    default: {
+      const auto v = static_cast<float>(value);
+      push_floats(bytes, &v, 1);
+    }
+  }
+}
 
 void push_floats(Bytes& bytes, const float* values, std::size_t count) {
   const std::byte* raw = reinterpret_cast<const std::byte*>(values);
@@ -84,6 +108,17 @@ CornerCopier::CornerCopier(const CornerPlan& plan, const SourcePrimitive& source
   to_frame_.t = object.to_world.t - frame;
 }
 
+CornerCopier::CornerCopier(const CornerPlan& plan, const SourcePrimitive& source)
+    : plan_(plan), source_(source) {}
+
+void CornerCopier::push_direction(const AttributeType& type, const Vec3d& direction,
+                                  Bytes& out) const {
+  const bool normal = type.name == "NORMAL";
+  const Vec3d turned =
+      normalized(normal ? to_frame_.normal(direction) : to_frame_.vector(direction));
+  for (std::size_t c = 0; c < 3; ++c) push_component(type, turned[c], out);
+}
+
 void CornerCopier::copy(std::uint32_t vertex, std::vector<CornerStream>& streams) const {
   for (std::size_t k = 0; k < plan_.source.size(); ++k) {
     const std::size_t s = plan_.source[k];
@@ -94,11 +129,10 @@ void CornerCopier::copy(std::uint32_t vertex, std::vector<CornerStream>& streams
       const Vec3f p = to_float(to_frame_.point(to_double(source_.positions[vertex])));
       push_floats(out, &p.x, 3);
     } else if (is_direction(type)) {
-      const Vec3d in{component(type, element, 0), component(type, element, 1),
-                     component(type, element, 2)};
-      const bool normal = type.name == "NORMAL";
-      const Vec3d turned = normalized(normal ? to_frame_.normal(in) : to_frame_.vector(in));
-      for (std::size_t c = 0; c < 3; ++c) push_component(type, turned[c], out);
+      push_direction(
+          type,
+          {component(type, element, 0), component(type, element, 1), component(type, element, 2)},
+          out);
       // A mirror turns the bitangent, cross(normal, tangent) * w, around.
       if (type.components == 4) {
         const double w = component(type, element, 3);
@@ -107,6 +141,43 @@ void CornerCopier::copy(std::uint32_t vertex, std::vector<CornerStream>& streams
     } else {
       out.insert(out.end(), element, element + type.bytes());
     }
+  }
+}
+
+void CornerCopier::mix(const std::array<std::uint32_t, 3>& vertices,
+                       const std::array<double, 3>& weights,
+                       std::vector<CornerStream>& streams) const {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (weights[i] == 1) return copy(vertices[i], streams);
+  for (std::size_t k = 0; k < plan_.source.size(); ++k) {
+    const std::size_t s = plan_.source[k];
+    const AttributeType& type = source_.types[s];
+    Bytes& out = streams[k].bytes;
+    if (type.name == "POSITION") {
+      Vec3d p;
+      for (std::size_t i = 0; i < 3; ++i)
+        p += to_double(source_.positions[vertices[i]]) * weights[i];
+      const Vec3f placed = to_float(to_frame_.point(p));
+      push_floats(out, &placed.x, 3);
+      continue;
+    }
+    const auto mixed = [&](std::size_t c) {
+      double value = 0;
+      for (std::size_t i = 0; i < 3; ++i)
+        value +=
+            weights[i] * component(type, source_.data[s].data() + vertices[i] * type.bytes(), c);
+      return value;
+    };
+    if (is_direction(type)) {
+      push_direction(type, {mixed(0), mixed(1), mixed(2)}, out);
+      if (type.components == 4) {
+        const double w = mixed(3) < 0 ? -1 : 1;
+        push_component(type, mirrored_ ? -w : w, out);
+      }
+      continue;
+    }
+    for (std::size_t c = 0; c < static_cast<std::size_t>(type.components); ++c)
+      push_component(type, mixed(c), out);
   }
 }
 

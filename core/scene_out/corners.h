@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "core/math/mat.h"
@@ -23,14 +24,26 @@ class CornerCopier {
  public:
   CornerCopier(const CornerPlan& plan, const SourcePrimitive& source, const scene::Object& object,
                const Vec3d& frame);
+  /// In the object's own frame.
+  CornerCopier(const CornerPlan& plan, const SourcePrimitive& source);
   void copy(std::uint32_t vertex, std::vector<CornerStream>& streams) const;
+  /// The same for the point that mixes three vertices by their weights, which sum to 1.
+  void mix(const std::array<std::uint32_t, 3>& vertices, const std::array<double, 3>& weights,
+           std::vector<CornerStream>& streams) const;
 
  private:
+  void push_direction(const AttributeType& type, const Vec3d& direction, Bytes& out) const;
+
   const CornerPlan& plan_;
   const SourcePrimitive& source_;
   Affine to_frame_;
-  bool mirrored_;
+  bool mirrored_ = false;
 };
+
+/// Component i of an element: normalised integers mapped as glTF 3.6.2.2 says, others as they are.
+double component(const AttributeType& type, const std::byte* element, std::size_t i);
+/// The reverse, rounded and clamped to what the type holds.
+void push_component(const AttributeType& type, double value, Bytes& bytes);
 
 /// Bytes of a value at the end of a stream.
 void push_floats(Bytes& bytes, const float* values, std::size_t count);

@@ -5,6 +5,7 @@
 
 #include "core/gltf/accessor.h"
 #include "core/scene_out/lit_objects.h"
+#include "core/scene_out/portable.h"
 
 namespace lightbatch::scene_out {
 namespace {
@@ -27,7 +28,7 @@ std::vector<bool> objects_that_stay(const scene::Scene& scene, const batches::Ba
 bool has_light(const Writer& w, std::uint32_t object) {
   const scene::Object& o = w.scene.objects[object];
   for (std::uint32_t k = 0; k < o.triangle_count; ++k)
-    if (w.page_of(o.first_triangle + k) != kNone) return true;
+    if (w.has_light(o.first_triangle + k)) return true;
   return false;
 }
 
@@ -70,11 +71,16 @@ Status rewrite_nodes(Writer& w, const batches::BatchPlan* plan) {
     const scene::Object& object = w.scene.objects[o];
     NodeObjects& entry = nodes[object.node];
     (stay[o] ? entry.stay : entry.taken)[object.primitive].push_back(o);
-    if (stay[o] && w.layout != nullptr && has_light(w, o))
-      lit_sets[{object.mesh, object.primitive}].push_back(o);
+    if (stay[o] && has_light(w, o)) lit_sets[{object.mesh, object.primitive}].push_back(o);
   }
   std::map<std::uint32_t, Json> lit;  // object -> its glTF primitives
   for (const auto& [source, objects] : lit_sets) {
+    if (w.portable()) {
+      for (const std::uint32_t o : objects) {
+        LB_ASSIGN_OR_RETURN(lit[o], portable_primitives(w, o));
+      }
+      continue;
+    }
     LB_ASSIGN_OR_RETURN(std::vector<Json> primitives, lit_primitives(w, objects));
     for (std::size_t i = 0; i < objects.size(); ++i) lit[objects[i]] = std::move(primitives[i]);
   }

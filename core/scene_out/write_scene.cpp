@@ -7,6 +7,7 @@
 #include "core/scene_out/lights.h"
 #include "core/scene_out/mend_decoded.h"
 #include "core/scene_out/pack.h"
+#include "core/scene_out/vertex_light.h"
 #include "core/scene_out/writer.h"
 
 namespace lightbatch::scene_out {
@@ -95,11 +96,17 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
     about["carrier"] = "lightmap";
     if (!images->png.empty()) add_pages(w, *images);
   }
+  if (w.portable()) {
+    w.exposure = choose_exposure(scene, options);
+    about["carrier"] = "portable";
+    about["exposure"] = w.exposure;
+    declare_extension(w.root, "extensionsUsed", "KHR_materials_unlit");
+  }
   embed_images(w);
   LB_RETURN_IF_ERROR(rewrite_nodes(w, plan));
   if (scene_index < count_of(w.root, "scenes")) {
     if (plan != nullptr) LB_RETURN_IF_ERROR(add_batches(w, *plan, scene_index));
-    if (images != nullptr && options.remove_lights)
+    if ((images != nullptr || w.portable()) && options.remove_lights)
       if (Json lights = remove_lights(w); !lights.is_null()) about["lights"] = std::move(lights);
     add_extras(w.root, scene_index, std::move(about));
   }

@@ -29,6 +29,13 @@ class Writer {
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
+  bool portable() const { return options.carrier == Carrier::kPortable && options.irradiance; }
+  /// Whether a triangle carries baked light in this file.
+  bool has_light(std::uint32_t triangle) const {
+    if (!portable()) return page_of(triangle) != kNone;
+    return !scene.material_of(triangle).unlit &&
+           (options.lit.empty() || options.lit[triangle] != 0);
+  }
   /// Lightmap page of a triangle, kNone without one.
   std::uint32_t page_of(std::uint32_t triangle) const {
     if (layout == nullptr || layout->chart_of[triangle] == kNone) return kNone;
@@ -65,6 +72,7 @@ class Writer {
   NewBinary binary;
   SourceMeshes sources;
   BakedMaterials materials;
+  double exposure = 0;  // portable: luminance to colour
 
  private:
   std::map<std::pair<std::uint32_t, std::vector<std::uint32_t>>, std::uint32_t> parts_;

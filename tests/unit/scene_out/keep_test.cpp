@@ -1,0 +1,202 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/unit/scene_out/files.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+using testing::FileBuilder;
+using testing::Json;
+using testing::load;
+using testing::Loaded;
+using testing::write;
+
+Json written(const FileBuilder& file, bool with_batches = true, bool lit = false,
+             WriteOptions options = {}) {
+  const Loaded in = load(file.glb());
+  atlas::Layout layout;
+  if (lit) layout = testing::simple_layout(in.scene);
+  return testing::read(write(in, with_batches, lit ? &layout : nullptr, {}, options).glb).json;
+}
+
+const Json* named(const Json& json, const std::string& name) {
+  for (const Json& node : json["nodes"])
+    if (node.value("name", "") == name) return &node;
+  return nullptr;
+}
+
+TEST(Keep, AnimatedNodesStayAndKeysToo) {
+  FileBuilder file;
+  const std::uint32_t mesh = file.mesh({file.cube()});
+  const std::uint32_t moving = file.node({{"mesh", mesh}, {"name", "door"}});
+  file.node({{"mesh", file.mesh({file.cube()})}, {"name", "wall"}});
+  const std::uint32_t time = file.accessor(std::vector<float>{0, 1, 2}, 5126, "SCALAR");
+  file.json["accessors"][time]["min"] = {0};
+  file.json["accessors"][time]["max"] = {2};
+  const std::uint32_t value =
+      file.accessor(std::vector<float>{0, 0, 0, 1, 0, 0, 2, 0, 0}, 5126, "VEC3");
+  file.json["animations"] = {
+      {{"channels", {{{"sampler", 0}, {"target", {{"node", moving}, {"path", "translation"}}}}}},
+       {"samplers", {{{"input", time}, {"output", value}}}},
+       {"name", "open"}}};
+  const Json out = written(file);
+  ASSERT_EQ(out["animations"].size(), 1u);
+  const Json& sampler = out["animations"][0]["samplers"][0];
+  EXPECT_EQ(out["accessors"][sampler["input"].get<std::size_t>()]["count"], 3);
+  EXPECT_EQ(out["accessors"][sampler["output"].get<std::size_t>()]["type"], "VEC3");
+  const Json& target =
+      out["nodes"][out["animations"][0]["channels"][0]["target"]["node"].get<std::size_t>()];
+  EXPECT_EQ(target["name"], "door");
+  EXPECT_TRUE(target.contains("mesh"));
+  EXPECT_FALSE(named(out, "wall")->contains("mesh"));
+}
+
+TEST(Keep, NamesExtrasCamerasAndUnknownExtensions) {
+  FileBuilder file;
+  Json node{{"mesh", file.mesh({file.cube()})}, {"name", "crate"}, {"extras", {{"id", 7}}}};
+  node["extensions"]["VENDOR_physics"] = {{"weight", 2.5}};
+  file.json["meshes"][0]["extras"] = {{"sku", "a-1"}};
+  file.json["meshes"][0]["name"] = "crate mesh";
+  file.node(node);
+  file.json["cameras"] = {
+      {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}}}}};
+  file.node({{"camera", 0}, {"name", "view"}});
+  file.node({{"mesh", file.mesh({file.cube()})}, {"name", "plain"}});
+  file.json["meshes"][1]["extras"] = {{"sku", "b-2"}};
+  file.json["extensionsUsed"] = {"VENDOR_physics"};
+  file.json["extras"] = {{"project", "x"}};
+  file.json["asset"]["copyright"] = "someone";
+  const Json out = written(file);
+  EXPECT_EQ(out["asset"], file.json["asset"]);
+  EXPECT_EQ(out["extras"], file.json["extras"]);
+  EXPECT_EQ(out["cameras"], file.json["cameras"]);
+  // A node extension that is not understood pins the object to its node.
+  const Json* crate = named(out, "crate");
+  ASSERT_NE(crate, nullptr);
+  EXPECT_EQ((*crate)["extras"], node["extras"]);
+  EXPECT_EQ((*crate)["extensions"], node["extensions"]);
+  ASSERT_TRUE(crate->contains("mesh"));
+  EXPECT_EQ(out["meshes"][(*crate)["mesh"].get<std::size_t>()]["extras"]["sku"], "a-1");
+  // A mesh that went into a batch leaves its extras with the range.
+  EXPECT_FALSE(named(out, "plain")->contains("mesh"));
+  const Json* batch = named(out, "batch_0");
+  ASSERT_NE(batch, nullptr);
+  EXPECT_EQ((*batch)["extras"]["lightbatch"]["ranges"][0]["mesh_extras"]["sku"], "b-2");
+}
+
+TEST(Keep, OtherScenesKeepTheirNodes) {
+  FileBuilder file;
+  const std::uint32_t both = file.node({{"mesh", file.mesh({file.cube()})}, {"name", "both"}});
+  file.node({{"mesh", file.mesh({file.cube()})}, {"name", "one"}});
+  file.json["scenes"].push_back({{"nodes", {both}}, {"name", "second"}});
+  const Json out = written(file);
+  ASSERT_EQ(out["scenes"].size(), 2u);
+  EXPECT_EQ(out["scenes"][1], file.json["scenes"][1]);
+  EXPECT_TRUE(named(out, "both")->contains("mesh"));
+  EXPECT_FALSE(named(out, "one")->contains("mesh"));
+}
+
+TEST(Keep, LinesStayAndAreNeverInstanced) {
+  FileBuilder file;
+  Json lines = file.cube();
+  lines["mode"] = 1;
+  const std::uint32_t mesh = file.mesh({file.cube(), lines});
+  for (int i = 0; i < 60; ++i) file.node({{"mesh", mesh}, {"translation", {30 * i, 0, 0}}});
+  const Json out = written(file);
+  std::size_t line_nodes = 0, instanced = 0;
+  for (const Json& node : out["nodes"]) {
+    if (!node.contains("mesh")) continue;
+    const bool cell =
+        node.contains("extensions") && node["extensions"].contains("EXT_mesh_gpu_instancing");
+    instanced += cell ? 1 : 0;
+    for (const Json& p : out["meshes"][node["mesh"].get<std::size_t>()]["primitives"])
+      if (p.value("mode", 4) == 1) {
+        ++line_nodes;
+        EXPECT_FALSE(cell);
+      }
+  }
+  EXPECT_EQ(line_nodes, 60u);
+  EXPECT_GT(instanced, 0u);
+  EXPECT_EQ(out["extensionsRequired"], Json::array({"EXT_mesh_gpu_instancing"}));
+}
+
+TEST(Keep, VariantsKeepTheirMappings) {
+  FileBuilder file;
+  file.json["materials"] = {{{"name", "red"}}, {{"name", "blue"}}};
+  Json cube = file.cube();
+  cube["material"] = 0;
+  cube["extensions"]["KHR_materials_variants"]["mappings"] = {{{"material", 1}, {"variants", {0}}}};
+  file.node({{"mesh", file.mesh({cube})}, {"name", "sofa"}});
+  file.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "night"}}};
+  file.json["extensionsUsed"] = {"KHR_materials_variants"};
+  for (const bool lit : {false, true}) {
+    const Json out = written(file, true, lit);
+    const Json* sofa = named(out, "sofa");
+    ASSERT_TRUE(sofa->contains("mesh"));
+    const Json& p = out["meshes"][(*sofa)["mesh"].get<std::size_t>()]["primitives"][0];
+    const Json& mapping = p["extensions"]["KHR_materials_variants"]["mappings"][0];
+    EXPECT_EQ(mapping["variants"], Json::array({0}));
+    const Json& variant = out["materials"][mapping["material"].get<std::size_t>()];
+    EXPECT_EQ(variant["name"], "blue");
+    EXPECT_EQ(variant.contains("extensions"), lit);
+  }
+}
+
+FileBuilder lamp_file() {
+  FileBuilder file;
+  file.node({{"mesh", file.mesh({file.cube()})}});
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "point"}, {"intensity", 40}, {"name", "bulb"}}};
+  file.json["extensionsUsed"] = {"KHR_lights_punctual"};
+  Json lamp{{"name", "lamp"}, {"translation", {0, 3, 0}}};
+  lamp["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  file.node(lamp);
+  return file;
+}
+
+TEST(Keep, BakedLightsGoIntoExtras) {
+  const Json out = written(lamp_file(), true, true);
+  EXPECT_FALSE(out.contains("extensions"));
+  EXPECT_EQ(out["extensionsUsed"], Json::array({"MOZ_lightmap"}));
+  EXPECT_FALSE(named(out, "lamp")->contains("extensions"));
+  const Json& lights = out["scenes"][0]["extras"]["lightbatch"]["lights"];
+  ASSERT_EQ(lights.size(), 1u);
+  EXPECT_EQ(lights[0]["light"]["name"], "bulb");
+  EXPECT_EQ(lights[0]["node"], 1);
+}
+
+TEST(Keep, LightsStayWhenAskedOrWhenNothingIsBaked) {
+  WriteOptions keep;
+  keep.remove_lights = false;
+  for (const Json& out :
+       {written(lamp_file(), true, true, keep), written(lamp_file(), true, false)}) {
+    EXPECT_TRUE(out["extensions"].contains("KHR_lights_punctual"));
+    EXPECT_TRUE(named(out, "lamp")->contains("extensions"));
+  }
+}
+
+TEST(Keep, WithoutBatchesAndLightNothingChanges) {
+  FileBuilder file = lamp_file();
+  const Json out = written(file, false);
+  EXPECT_EQ(out["nodes"], file.json["nodes"]);
+  EXPECT_EQ(out["meshes"], file.json["meshes"]);
+}
+
+TEST(Keep, EmptySceneAndNoScene) {
+  FileBuilder file;
+  file.json.erase("meshes");
+  file.json.erase("accessors");
+  file.json.erase("bufferViews");
+  file.json.erase("buffers");
+  file.json["nodes"] = {{{"name", "alone"}}};
+  file.json["scenes"][0]["nodes"] = {0};
+  EXPECT_NE(named(written(file), "alone"), nullptr);
+  file.json.erase("scenes");
+  file.json.erase("scene");
+  EXPECT_NE(named(written(file), "alone"), nullptr);
+}
+
+}  // namespace
+}  // namespace lightbatch::scene_out

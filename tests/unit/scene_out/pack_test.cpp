@@ -1,0 +1,84 @@
+#include "core/scene_out/pack.h"
+
+#include <gtest/gtest.h>
+
+#include "core/gltf/accessor.h"
+#include "tests/unit/scene_out/files.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+using testing::FileBuilder;
+using testing::Json;
+using testing::load;
+using testing::write;
+
+TEST(Pack, BytesOfMergedMeshesAreGone) {
+  FileBuilder file;
+  for (int i = 0; i < 40; ++i)
+    file.node({{"mesh", file.mesh({file.cube()})}, {"translation", {2 * i, 0, 0}}});
+  const auto in = load(file.glb());
+  const auto out = write(in, true);
+  // The same vertices, once; ranges and nodes cost some JSON.
+  EXPECT_LT(testing::read(out.glb).buffers[0].size(),
+            1.05 * static_cast<double>(in.document.buffers[0].size()));
+}
+
+/// One view with the positions of many meshes, as optimisers write: only what is read stays.
+TEST(Pack, PartsOfSharedViewsAreDropped) {
+  Json root{{"meshes", Json::array()}, {"accessors", Json::array()}, {"nodes", Json::array()}};
+  Bytes buffer(12000);
+  for (std::size_t i = 0; i < buffer.size(); ++i) buffer[i] = static_cast<std::byte>(i % 251);
+  root["bufferViews"] = {{{"buffer", 0}, {"byteLength", 12000}, {"byteStride", 12}}};
+  root["buffers"] = {{{"byteLength", 12000}}};
+  for (int i = 0; i < 10; ++i) {
+    root["accessors"].push_back({{"bufferView", 0},
+                                 {"byteOffset", 1200 * i},
+                                 {"count", 100},
+                                 {"componentType", 5126},
+                                 {"type", "VEC3"}});
+    root["meshes"].push_back({{"primitives", {{{"attributes", {{"POSITION", i}}}}}}});
+    root["nodes"].push_back({{"mesh", i}});
+  }
+  const Json before = root;
+  for (const int i : {0, 1, 2, 4, 5, 6, 8, 9})
+    root["nodes"][static_cast<std::size_t>(i)].erase("mesh");
+  drop_meshes(root, before);
+  const Bytes* buffers[] = {&buffer};
+  const Bytes binary = pack(root, before, buffers);
+  ASSERT_EQ(root["meshes"].size(), 2u);
+  ASSERT_EQ(root["accessors"].size(), 2u);
+  EXPECT_EQ(binary.size(), 2400u);
+  EXPECT_EQ(root["nodes"][3]["mesh"], 0);
+  EXPECT_EQ(root["nodes"][7]["mesh"], 1);
+  for (int k = 0; k < 2; ++k) {
+    const auto offset = root["accessors"][static_cast<std::size_t>(k)].value("byteOffset", 0);
+    EXPECT_TRUE(std::equal(binary.begin() + offset, binary.begin() + offset + 1200,
+                           buffer.begin() + (k == 0 ? 3600 : 8400)));
+  }
+}
+
+/// Numbers in extensions that nobody understands must still mean the same afterwards.
+TEST(Pack, UnknownExtensionsPinWhatTheyMayMean) {
+  FileBuilder file;
+  for (int i = 0; i < 6; ++i) {
+    file.node({{"mesh", file.mesh({file.cube()})}, {"translation", {2 * i, 0, 0}}});
+    file.json["meshes"][static_cast<std::size_t>(i)]["name"] = "mesh " + std::to_string(i);
+  }
+  file.json["extensions"]["VENDOR_collision"] = {{"shapes", {{{"mesh", 4}}}}};
+  file.json["extensionsUsed"] = {"VENDOR_collision"};
+  const auto in = load(file.glb());
+  const auto out = testing::read(write(in, true).glb);
+  EXPECT_EQ(out.json["extensions"]["VENDOR_collision"],
+            file.json["extensions"]["VENDOR_collision"]);
+  ASSERT_GE(out.json["meshes"].size(), 5u);
+  const Json& mesh = out.json["meshes"][4];
+  EXPECT_EQ(mesh["name"], "mesh 4");
+  const auto positions = *gltf::read_values(out, mesh["primitives"][0]["attributes"]["POSITION"]);
+  const auto before = *gltf::read_values(
+      in.document, file.json["meshes"][4]["primitives"][0]["attributes"]["POSITION"]);
+  EXPECT_EQ(positions.data, before.data);
+}
+
+}  // namespace
+}  // namespace lightbatch::scene_out

@@ -1,0 +1,207 @@
+#include <gtest/gtest.h>
+
+#include "tests/unit/scene_out/files.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+using testing::FileBuilder;
+using testing::Json;
+using testing::load;
+using testing::Loaded;
+using testing::write;
+
+double difference(const Loaded& a, const Bytes& b, double reach) {
+  return testing::largest_distance(testing::world_triangles(a.scene),
+                                   testing::world_triangles(load(b).scene), reach);
+}
+
+FileBuilder grid(int n, const Json& extra = Json::object()) {
+  FileBuilder file;
+  for (int i = 0; i < n * n; ++i) {
+    Json node{{"mesh", file.mesh({file.cube()})},
+              {"name", "cube " + std::to_string(i)},
+              {"translation", {3 * (i % n), 0, 3 * (i / n)}},
+              {"rotation", {0, 0.38268343, 0, 0.92387953}},
+              {"scale", {1, 2, 0.5}}};
+    node.update(extra);
+    file.node(node);
+  }
+  return file;
+}
+
+TEST(RoundTrip, SameTrianglesInWorldSpace) {
+  const Loaded in = load(grid(5).glb());
+  // Float positions of a scene of 15 m: 2 ulp of 16 m.
+  EXPECT_LT(difference(in, write(in, true).glb, 0.01), 4e-6);
+  EXPECT_EQ(difference(in, write(in, false).glb, 0.01), 0);
+}
+
+TEST(RoundTrip, FarFromTheOriginKeepsItsPrecision) {
+  FileBuilder file = grid(4);
+  file.json["nodes"].push_back({{"translation", {1e6, -3e5, 2e6}}, {"children", Json::array()}});
+  const std::size_t root = file.json["nodes"].size() - 1;
+  for (std::size_t i = 0; i < root; ++i) file.json["nodes"][root]["children"].push_back(i);
+  file.json["scenes"][0]["nodes"] = {root};
+  const Loaded in = load(file.glb());
+  EXPECT_LT(difference(in, write(in, true).glb, 0.01), 4e-6);
+  // Positions in the file are small: far values would have lost all but 0.1 m.
+  const auto out = testing::read(write(in, true).glb);
+  for (const Json& a : out.json["accessors"]) {
+    if (!a.contains("min")) continue;
+    for (const Json& v : a["min"]) EXPECT_LT(std::abs(v.get<double>()), 100);
+  }
+}
+
+TEST(RoundTrip, MirroredNodesKeepTheirFronts) {
+  const Loaded in = load(grid(3, {{"scale", {-1, 1, 1}}}).glb());
+  ASSERT_TRUE(in.scene.objects[0].mirrored);
+  const auto out = load(write(in, true).glb);
+  EXPECT_FALSE(out.scene.objects[0].mirrored);
+  EXPECT_LT(testing::largest_distance(testing::world_triangles(in.scene),
+                                      testing::world_triangles(out.scene), 0.01),
+            4e-6);
+}
+
+/// Normals point out of the cubes afterwards, tangents keep their side.
+TEST(RoundTrip, NormalsTurnWithTheObject) {
+  for (const double x : {1.0, -1.0}) {
+    const Loaded in = load(grid(2, {{"scale", {x, 2, 0.5}}}).glb());
+    const auto out = testing::read(write(in, true).glb);
+    for (const Json& mesh : out.json["meshes"]) {
+      for (const Json& primitive : mesh["primitives"]) {
+        const auto& a = primitive["attributes"];
+        const auto p = *gltf::read_values(out, a["POSITION"]);
+        const auto n = *gltf::read_values(out, a["NORMAL"]);
+        const auto index = *gltf::read_indices(out, primitive["indices"]);
+        for (std::size_t i = 0; i < index.size(); i += 3) {
+          const auto at = [&](const gltf::Values& v, std::size_t k) {
+            const float* f = v.data.data() + 3 * index[i + k];
+            return Vec3f{f[0], f[1], f[2]};
+          };
+          const Vec3f face = normalized(cross(at(p, 1) - at(p, 0), at(p, 2) - at(p, 0)));
+          // Flat faces: the vertex normal is the face's, to float precision.
+          EXPECT_GT(dot(face, at(n, 0)), 1 - 1e-5f);
+        }
+      }
+    }
+  }
+}
+
+TEST(RoundTrip, ComponentTypesStayAndBytesFollow) {
+  FileBuilder file;
+  for (int i = 0; i < 3; ++i) {
+    Json cube = file.cube();
+    std::vector<std::int8_t> normals;
+    for (int v = 0; v < 24; ++v) normals.insert(normals.end(), {0, 127, 0, 0});
+    cube["attributes"].erase("NORMAL");
+    std::vector<std::uint8_t> colours;
+    for (int v = 0; v < 24 * 4; ++v) colours.push_back(static_cast<std::uint8_t>(v));
+    cube["attributes"]["COLOR_0"] = file.accessor(colours, 5121, "VEC4", true);
+    std::vector<float> custom(24, 0.25f * static_cast<float>(i));
+    cube["attributes"]["_AGE"] = file.accessor(custom, 5126, "SCALAR");
+    file.node({{"mesh", file.mesh({cube})}, {"translation", {2 * i, 0, 0}}});
+  }
+  const Loaded in = load(file.glb());
+  const auto out = testing::read(write(in, true).glb);
+  ASSERT_EQ(out.json["meshes"].size(), 1u);
+  const Json& a = out.json["meshes"][0]["primitives"][0]["attributes"];
+  const Json& colour = out.json["accessors"][a["COLOR_0"].get<std::size_t>()];
+  EXPECT_EQ(colour["componentType"], 5121);
+  EXPECT_EQ(colour["normalized"], true);
+  EXPECT_EQ(colour["count"], 72);
+  const auto age = *gltf::read_values(out, a["_AGE"]);
+  for (const float v : {0.0f, 0.25f, 0.5f})
+    EXPECT_EQ(std::count(age.data.begin(), age.data.end(), v), 24);
+}
+
+TEST(RoundTrip, StripsFansAndUnindexed) {
+  FileBuilder file;
+  std::vector<float> strip;
+  for (int i = 0; i < 8; ++i)
+    strip.insert(strip.end(), {0.5f * static_cast<float>(i), static_cast<float>(i % 2), 0});
+  const std::uint32_t p = file.positions(strip);
+  for (const int mode : {5, 6})
+    file.node({{"mesh", file.mesh({{{"attributes", {{"POSITION", p}}}, {"mode", mode}}})},
+               {"translation", {0, mode, 0}}});
+  file.node({{"mesh", file.mesh({{{"attributes", {{"POSITION", p}}}}})}});
+  const Loaded in = load(file.glb());
+  EXPECT_GT(in.scene.triangles.size(), 10u);
+  EXPECT_LT(difference(in, write(in, true).glb, 0.01), 4e-6);
+}
+
+TEST(RoundTrip, RangesCoverEachTriangleOnce) {
+  const Loaded in = load(grid(5).glb());
+  const auto out = testing::read(write(in, true).glb);
+  std::map<std::uint32_t, std::uint64_t> indices_of_node;
+  std::size_t batches = 0;
+  for (const Json& node : out.json["nodes"]) {
+    if (!node.contains("mesh")) continue;
+    ++batches;
+    const Json& about = node["extras"]["lightbatch"];
+    EXPECT_EQ(about["box"].size(), 6u);
+    std::map<std::uint32_t, std::uint64_t> next;
+    for (const Json& range : about["ranges"]) {
+      const auto primitive = range["primitive"].get<std::uint32_t>();
+      EXPECT_EQ(range["first"].get<std::uint64_t>(), next[primitive]);
+      next[primitive] += range["count"].get<std::uint64_t>();
+      const auto source = range["node"].get<std::uint32_t>();
+      indices_of_node[source] += range["count"].get<std::uint64_t>();
+      EXPECT_EQ(range["name"], in.document.json["nodes"][source]["name"]);
+    }
+    const Json& mesh = out.json["meshes"][node["mesh"].get<std::size_t>()];
+    for (std::uint32_t p = 0; p < mesh["primitives"].size(); ++p) {
+      const auto accessor = mesh["primitives"][p]["indices"].get<std::size_t>();
+      EXPECT_EQ(out.json["accessors"][accessor]["count"].get<std::uint64_t>(), next[p]);
+      EXPECT_EQ(out.json["accessors"][accessor]["componentType"], 5123);
+    }
+  }
+  EXPECT_GT(batches, 0u);
+  ASSERT_EQ(indices_of_node.size(), 25u);
+  for (const auto& [node, count] : indices_of_node) EXPECT_EQ(count, 36u);
+}
+
+TEST(RoundTrip, SameBytesTwice) {
+  const Loaded in = load(grid(4).glb());
+  EXPECT_EQ(write(in, true).glb, write(in, true).glb);
+}
+
+TEST(RoundTrip, GpuInstancesStayOrBecomeNodesWithLight) {
+  FileBuilder file;
+  std::vector<float> t;
+  for (int i = 0; i < 125; ++i)
+    t.insert(t.end(), {2.0f * static_cast<float>(i % 5), 2.0f * static_cast<float>(i / 5 % 5),
+                       2.0f * static_cast<float>(i / 25)});
+  Json node{{"mesh", file.mesh({file.cube()})}};
+  node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+      file.accessor(t, 5126, "VEC3");
+  file.node(node);
+  file.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  const Loaded in = load(file.glb());
+  ASSERT_EQ(in.scene.objects.size(), 125u);
+  const auto plain = write(in, true);
+  EXPECT_LT(difference(in, plain.glb, 0.01), 1e-5);
+  EXPECT_LT(static_cast<double>(plain.glb.size()), 1.3 * static_cast<double>(file.glb().size()));
+
+  const atlas::Layout layout = testing::simple_layout(in.scene);
+  const auto lit = write(in, true, &layout);
+  EXPECT_LT(difference(in, lit.glb, 0.01), 1e-5);
+  EXPECT_EQ(testing::read(lit.glb).json.dump().find("EXT_mesh_gpu_instancing"), std::string::npos);
+}
+
+TEST(RoundTrip, InstanceCellsDrawTheSameTriangles) {
+  FileBuilder file;
+  const std::uint32_t mesh = file.mesh({file.cube()});
+  for (int i = 0; i < 60; ++i)
+    file.node({{"mesh", mesh},
+               {"translation", {40 * (i % 8), i % 3, 40 * (i / 8)}},
+               {"rotation", {0.5, 0.5, 0.5, 0.5}},
+               {"scale", {1, 2, 3}}});
+  const Loaded in = load(file.glb());
+  const auto out = write(in, true);
+  ASSERT_FALSE(out.plan.cells.empty());
+  EXPECT_LT(difference(in, out.glb, 0.1), 1e-4);
+}
+
+}  // namespace
+}  // namespace lightbatch::scene_out
