@@ -1,6 +1,7 @@
 #include "core/rays/bundle.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/rays/caster_tree.h"
@@ -8,6 +9,8 @@
 
 namespace lightbatch::rays {
 namespace {
+
+constexpr int kSearchesBeforeGathering = 3;
 
 /// A few hundred roundings of float at the scale of the scene and the boxes.
 float slack_of(const WideTree& tree, const Aabb& a, const Aabb& b) {
@@ -30,38 +33,68 @@ struct Bundle::State {
   const Caster* caster;
   const Caster::Tree* tree;
   Aabb from, to;  // with half of the shaft's slack
+  float slack = 0;
+  int searches = 0;  // segments that nothing stopped
+  bool gathered = false;
+  bool narrow = false;  // few enough leaves to look at them alone
+  const WideNode* blocker = nullptr;
   std::size_t count = 0;
   WideNode packs[Shaft::kMost / kWidth + 1];
+
+  void gather() {
+    if (gathered) return;
+    gathered = true;
+    count = tree->kernel->gather(tree->wide, Shaft(from, to, slack), packs);
+    narrow = count != kTooMany;
+  }
 };
 
 Bundle::Bundle(const Caster& caster, const Aabb& from, const Aabb& to) : state_(new State) {
   State& s = *state_;
   s.caster = &caster;
   s.tree = caster.tree_.get();
-  const float slack = slack_of(s.tree->wide, from, to);
-  s.from = grown(from, slack * 0.5f);
-  s.to = grown(to, slack * 0.5f);
-  s.count = s.tree->kernel->gather(s.tree->wide, Shaft(s.from, s.to, slack), s.packs);
+  s.slack = slack_of(s.tree->wide, from, to);
+  s.from = grown(from, s.slack * 0.5f);
+  s.to = grown(to, s.slack * 0.5f);
 }
 
 Bundle::~Bundle() = default;
 Bundle::Bundle(Bundle&&) noexcept = default;
 Bundle& Bundle::operator=(Bundle&&) noexcept = default;
 
-bool Bundle::is_clear() const { return state_->count == 0; }
+bool Bundle::is_clear() {
+  state_->gather();
+  return state_->count == 0;
+}
 
 bool Bundle::occluded(const Ray& segment, std::uint32_t exclude_a, std::uint32_t exclude_b,
-                      HitFilter* filter) const {
-  const State& s = *state_;
+                      HitFilter* filter) {
+  State& s = *state_;
+  const WideTree& wide = s.tree->wide;
+  if (wide.empty || !is_finite(segment.origin) || !is_finite(segment.direction) ||
+      segment.direction == Vec3f{}) {
+    return false;
+  }
   const Vec3f end = segment.origin + segment.direction * segment.t_max;
   const bool there = s.from.contains(segment.origin) && s.to.contains(end);
   const bool back = s.to.contains(segment.origin) && s.from.contains(end);
-  if (!(there || back) || !(segment.t_min >= 0)) {
-    return s.caster->occluded(segment, exclude_a, exclude_b, filter);
+  std::array<const WideNode*, Shaft::kMost / kWidth + 2> start;
+  std::size_t count = 0;
+  // With a filter a triangle is asked at most once, so no part of the tree may be searched twice.
+  const bool hint = s.blocker != nullptr && filter == nullptr;
+  if (hint) start[count++] = s.blocker;
+  const bool known_ends = (there || back) && segment.t_min >= 0;
+  if (known_ends && s.searches > kSearchesBeforeGathering) s.gather();
+  if (known_ends && s.narrow) {
+    if (s.count == 0) return false;
+    for (std::size_t i = 0; i < s.count; ++i) start[count++] = &s.packs[i];
+  } else {
+    start[count++] = wide.nodes.data();
   }
-  if (s.count == 0) return false;
-  return s.tree->kernel->occluded_from(s.tree->wide, {s.packs, s.count}, segment, exclude_a,
-                                       exclude_b, filter);
+  const bool stopped = s.tree->kernel->occluded_from(wide, {start.data(), count}, segment,
+                                                     exclude_a, exclude_b, filter, s.blocker);
+  if (!stopped) ++s.searches;
+  return stopped;
 }
 
 }  // namespace lightbatch::rays

@@ -10,16 +10,21 @@
 
 namespace lightbatch::rays {
 
+constexpr std::size_t kTooMany = ~std::size_t{0};
+
 /// The casting loops, compiled once for each instruction set from kernel_impl.h. All give the same
 /// answers bit for bit: ExactTest decides.
 struct Kernel {
   Hit (*closest)(const WideTree&, const Ray&, std::uint32_t exclude, HitFilter*);
   bool (*occluded)(const WideTree&, const Ray&, std::uint32_t exclude_a, std::uint32_t exclude_b,
                    HitFilter*);
-  /// Like occluded, over the given nodes only.
-  bool (*occluded_from)(const WideTree&, std::span<const WideNode> start, const Ray&,
-                        std::uint32_t exclude_a, std::uint32_t exclude_b, HitFilter*);
-  /// Packs the subtrees that may reach into the shaft into at most Shaft::kMost / 8 nodes.
+  /// Like occluded, over the given nodes only, in that order (at least one). When the ray is
+  /// stopped, the last argument is the node above the triangle.
+  bool (*occluded_from)(const WideTree&, std::span<const WideNode* const> start, const Ray&,
+                        std::uint32_t exclude_a, std::uint32_t exclude_b, HitFilter*,
+                        const WideNode*&);
+  /// Packs the leaves that may reach into the shaft into nodes, unless they are more than
+  /// Shaft::kMost: then kTooMany.
   std::size_t (*gather)(const WideTree&, const Shaft&, WideNode* packs);
 };
 

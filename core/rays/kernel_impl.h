@@ -259,33 +259,38 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
   }
 }
 
-/// Starts from the given nodes instead of the root.
-bool occluded_from(const WideTree& tree, std::span<const WideNode> start, const Ray& ray,
-                   std::uint32_t exclude_a, std::uint32_t exclude_b, HitFilter* filter) {
+/// Starts from the given nodes instead of the root. Says where the ray was stopped.
+bool occluded_from(const WideTree& tree, std::span<const WideNode* const> start, const Ray& ray,
+                   std::uint32_t exclude_a, std::uint32_t exclude_b, HitFilter* filter,
+                   const WideNode*& blocker) {
   const BoxRay r(tree, ray);
   if (!r.valid) return false;
   const BoxTest boxes(r, r.lower_limit(ray.t_min));
   const Limits limits{r.lower_limit(ray.t_min), r.upper_limit(ray.t_max),
                       r.tight_lower_limit(ray.t_min), r.tight_upper_limit(ray.t_max)};
   const V8f upper = splat8(limits.upper);
-  std::uint32_t stack[kStackSize];
+  struct Waiting {
+    std::uint32_t word;
+    const WideNode* parent;
+  };
+  Waiting stack[kStackSize];
   std::size_t size = 0, next = 0;
-  const WideNode* node = start.data();
+  const WideNode* node = start[0];
   while (true) {
     if (node != nullptr) {
       V8f near;
       unsigned mask = boxes(r, &node->lower[0][0], upper, near);
       for (; mask != 0; mask &= mask - 1) {
-        stack[size++] = node->child[std::countr_zero(mask)];
+        stack[size++] = {node->child[std::countr_zero(mask)], node};
       }
       node = nullptr;
     }
     if (size == 0) {
       if (++next >= start.size()) return false;
-      node = &start[next];
+      node = start[next];
       continue;
     }
-    const std::uint32_t word = stack[--size];
+    const auto [word, parent] = stack[--size];
     if (!Child::is_leaf(word)) {
       node = &tree.nodes[word];
       continue;
@@ -297,11 +302,14 @@ bool occluded_from(const WideTree& tree, std::span<const WideNode> start, const 
       const std::uint32_t id = leaf.id(k) & ~WideTree::kFilteredFlag;
       if (id == exclude_a || id == exclude_b) continue;
       const bool ask = filter != nullptr && (leaf.id(k) & WideTree::kFilteredFlag) != 0;
-      if (!ask && ((masks.certain >> k) & 1u) != 0) return true;
-      const ExactTest::Result result =
-          ExactTest(ray.origin, ray.direction)(leaf.corners() + k, leaf.count);
-      if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
-      if (!ask || filter->stops({id, result.t, result.u, result.v, result.back})) return true;
+      if (ask || ((masks.certain >> k) & 1u) == 0) {
+        const ExactTest::Result result =
+            ExactTest(ray.origin, ray.direction)(leaf.corners() + k, leaf.count);
+        if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
+        if (ask && !filter->stops({id, result.t, result.u, result.v, result.back})) continue;
+      }
+      blocker = parent;
+      return true;
     }
   }
 }
@@ -309,7 +317,9 @@ bool occluded_from(const WideTree& tree, std::span<const WideNode> start, const 
 bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a,
                    std::uint32_t exclude_b, HitFilter* filter) {
   if (tree.empty) return false;
-  return occluded_from(tree, std::span(tree.nodes).first(1), ray, exclude_a, exclude_b, filter);
+  const WideNode* const root = tree.nodes.data();
+  const WideNode* unused = nullptr;
+  return occluded_from(tree, {&root, 1}, ray, exclude_a, exclude_b, filter, unused);
 }
 
 /// Boxes and references waiting to be packed into nodes.
@@ -350,7 +360,8 @@ std::size_t gather_candidates(const WideTree& tree, const Shaft& shaft, WideNode
   Candidates found;
   add_children(shaft, tree.nodes[0], found);
   // Breadth first; an expanded node's place goes to the last candidate.
-  for (std::size_t i = 0; i < found.count && found.count < Shaft::kMost;) {
+  for (std::size_t i = 0; i < found.count;) {
+    if (found.count > Shaft::kMost) return kTooMany;
     const std::uint32_t word = found.child[i];
     if (Child::is_leaf(word)) {
       ++i;

@@ -10,7 +10,7 @@ namespace lightbatch::rays {
 /// parallel edge of the other (E. Haines, J. Wallace: Shaft Culling for Efficient Ray-Cast
 /// Radiosity, 1991). Each plane is parallel to one axis. All are moved outward by `slack`.
 struct Shaft {
-  static constexpr std::size_t kMost = 96;  // candidates that are worth gathering
+  static constexpr std::size_t kMost = 16;  // candidates that are worth gathering
 
   struct Plane {
     std::size_t axis[2];
