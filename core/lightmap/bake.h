@@ -40,7 +40,14 @@ struct BakeInput {
   bool direct_lights = true;   // there are punctual lights or emitters
   double mean_irradiance = 0;  // lux, area mean of the first stage: the scale of tolerances
   std::uint64_t seed = 1;
+  /// Texels to bake (one flag each, from select_texels), or null for all; the others stay black.
+  const std::vector<std::uint8_t>* selected = nullptr;
 };
+
+/// A fixed share, about one in `divisor`, of the blocks of texels that bake_indirect starts from
+/// (of single texels where a chart has no blocks): what a pilot bakes to learn error and price.
+std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas::TexelMap& texels,
+                                        int block, std::uint32_t divisor);
 
 struct BakeCounts {
   radiosity::RayCounts rays;

@@ -31,6 +31,24 @@ struct Block {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
+/// The blocks of a layout, chart by chart. Tiny and thin charts have none.
+template <typename Visit>
+void for_each_block(const atlas::Layout& layout, int step, Visit visit) {
+  if (step <= 1) return;
+  for (std::uint32_t c = 0; c < layout.charts.size(); ++c) {
+    const atlas::Chart& chart = layout.charts[c];
+    if (chart.tiny || chart.width < 3 || chart.height < 3) continue;
+    const int x_last = chart.x + chart.width - 1;
+    const int y_last = chart.y + chart.height - 1;
+    for (int y = chart.y; y < y_last; y += step) {
+      for (int x = chart.x; x < x_last; x += step) {
+        visit(Block{c, static_cast<std::uint16_t>(chart.page), x, y, std::min(x + step, x_last),
+                    std::min(y + step, y_last)});
+      }
+    }
+  }
+}
+
 class IndirectMap {
  public:
   IndirectMap(const BakeInput& input, const GatherSettings& settings, BakeCounts& counts,
@@ -58,7 +76,8 @@ class IndirectMap {
     }
     std::vector<std::uint32_t> rest;
     for (std::uint32_t t = 0; t < state_.size(); ++t) {
-      if (state_[t] == kUnknown) want(t, rest);
+      if (input_.selected != nullptr && (*input_.selected)[t] == 0) continue;
+      want(t, rest);
     }
     if (!progress_.cancelled()) compute(rest);
     return std::move(value_);
@@ -75,21 +94,24 @@ class IndirectMap {
 
   std::vector<Block> first_blocks() const {
     std::vector<Block> blocks;
-    const int step = settings_.block;
-    if (step <= 1) return blocks;
-    for (std::uint32_t c = 0; c < input_.layout.charts.size(); ++c) {
-      const atlas::Chart& chart = input_.layout.charts[c];
-      if (chart.tiny || chart.width < 3 || chart.height < 3) continue;
-      const int x_last = chart.x + chart.width - 1;
-      const int y_last = chart.y + chart.height - 1;
-      for (int y = chart.y; y < y_last; y += step) {
-        for (int x = chart.x; x < x_last; x += step) {
-          blocks.push_back({c, static_cast<std::uint16_t>(chart.page), x, y,
-                            std::min(x + step, x_last), std::min(y + step, y_last)});
-        }
+    for_each_block(input_.layout, settings_.block, [&](const Block& b) {
+      if (input_.selected == nullptr || any_selected(b)) blocks.push_back(b);
+    });
+    return blocks;
+  }
+
+  /// Selected blocks are selected whole; borders are shared with unselected ones, so that the
+  /// inside is what tells.
+  bool any_selected(const Block& b) const {
+    const int x_end = std::max(b.x1, b.x0 + 1);
+    const int y_end = std::max(b.y1, b.y0 + 1);
+    for (int y = b.y0; y < y_end; ++y) {
+      for (int x = b.x0; x < x_end; ++x) {
+        const std::uint32_t t = texel_at(b, x, y);
+        if (t != scene::kNone) return (*input_.selected)[t] != 0;
       }
     }
-    return blocks;
+    return false;
   }
 
   void want(std::uint32_t t, std::vector<std::uint32_t>& wanted) {
@@ -210,6 +232,32 @@ class IndirectMap {
 };
 
 }  // namespace
+
+std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas::TexelMap& map,
+                                        int block, std::uint32_t divisor) {
+  enum : std::uint8_t { kFree, kPassedOver, kSelected };
+  std::vector<std::uint8_t> mark(map.texels.size(), kFree);
+  for_each_block(layout, block, [&](const Block& b) {
+    const std::uint64_t key = (static_cast<std::uint64_t>(b.chart) << 32) ^
+                              (static_cast<std::uint64_t>(b.y0) << 16) ^
+                              static_cast<std::uint64_t>(b.x0);
+    const std::uint8_t chosen = item_seed(0xb10c, key) % divisor == 0 ? kSelected : kPassedOver;
+    const int width = layout.pages[b.page].width;
+    for (int y = b.y0; y <= b.y1; ++y) {
+      for (int x = b.x0; x <= b.x1; ++x) {
+        const std::uint32_t t = map.index[b.page][static_cast<std::size_t>(y * width + x)];
+        if (t != scene::kNone && map.texels[t].chart == b.chart && mark[t] == kFree) {
+          mark[t] = chosen;
+        }
+      }
+    }
+  });
+  for (std::uint32_t t = 0; t < mark.size(); ++t) {
+    if (mark[t] == kFree) mark[t] = item_seed(0x7e6e1, t) % divisor == 0 ? kSelected : kPassedOver;
+    mark[t] = mark[t] == kSelected ? 1 : 0;
+  }
+  return mark;
+}
 
 std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
                                BakeCounts& counts, const Progress& progress) {

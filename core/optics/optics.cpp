@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 
@@ -225,6 +226,17 @@ bool ClosestFilter::stops(const rays::Hit& hit) {
 
 bool ShadowFilter::stops(const rays::Hit& hit) {
   ++asked_;
+  // Watertight tests report an edge to both of its triangles.
+  constexpr float kOnEdge = 1e-5f;
+  if (std::min({hit.u, hit.v, 1.0f - hit.u - hit.v}) < kOnEdge) {
+    const std::uint32_t object = optics_.scene().triangles[hit.triangle].object;
+    for (std::size_t i = 0; i < edge_count_; ++i) {
+      if (edges_[i].object == object && std::fabs(edges_[i].t - hit.t) <= 4e-6f * hit.t) {
+        return false;
+      }
+    }
+    edges_[edge_count_ < kRemembered ? edge_count_++ : kRemembered - 1] = {object, hit.t};
+  }
   transmittance_ *= optics_.transmittance(hit.triangle, hit.u, hit.v);
   return transmittance_.is_black();
 }

@@ -93,19 +93,27 @@ class ClosestFilter final : public rays::HitFilter {
   std::uint64_t asked_ = 0;
 };
 
-/// For shadow rays: gathers the product of transmittances of everything that lets light through.
+/// For shadow rays: gathers the product of transmittances of everything that lets light through. A
+/// sheet crossed exactly on the edge between two of its triangles counts once.
 class ShadowFilter final : public rays::HitFilter {
  public:
   explicit ShadowFilter(const Optics& optics) : optics_(optics) {}
   bool stops(const rays::Hit& hit) override;
-  void reset() { transmittance_ = {1, 1, 1}; }
   Rgb transmittance() const { return transmittance_; }
   std::uint64_t asked() const { return asked_; }
 
  private:
+  static constexpr std::size_t kRemembered = 8;
+  struct EdgeCrossing {
+    std::uint32_t object;
+    float t;
+  };
+
   const Optics& optics_;
   std::uint64_t asked_ = 0;
   Rgb transmittance_{1, 1, 1};
+  EdgeCrossing edges_[kRemembered] = {};
+  std::size_t edge_count_ = 0;
 };
 
 }  // namespace lightbatch::optics

@@ -13,6 +13,7 @@
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/light_stage.h"
+#include "core/pipeline/quote.h"
 #include "core/pipeline/report_json.h"
 #include "core/pipeline/view_picture.h"
 #include "core/report/html.h"
@@ -43,9 +44,15 @@ Result<batches::Profile> read_profile_option(const JobOptions& options, const Jo
   return batches::read_profile(as_text(bytes), options.profile);
 }
 
-Status bake_pages(const JobOptions& options, const Prepared& p, Made& made, StageClock& clock,
-                  const Progress& progress) {
+Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& report,
+                  StageClock& clock, const Progress& progress) {
   LB_ASSIGN_OR_RETURN(made.places, make_places(options, p, clock, progress));
+  if (options.time_budget > 0) {
+    LB_ASSIGN_OR_RETURN(const std::vector<Price> prices,
+                        quote(options, p, made.places, clock, progress));
+    p.target_error = error_for_time(prices, options.time_budget);
+    report["quote"] = report_quote(prices);
+  }
   const accuracy::BakeSettings settings =
       accuracy::settings_for(p.target_error, measure_for_settings(p, made.places), options.seed);
   LB_ASSIGN_OR_RETURN(made.light, bake_light(options, p, made.places, settings, clock, progress));
@@ -176,13 +183,13 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
                             const std::filesystem::path& output, const Progress& progress) {
   StageClock clock;
   LB_ASSIGN_OR_RETURN(const batches::Profile profile, read_profile_option(options, input));
-  LB_ASSIGN_OR_RETURN(const Prepared p, prepare(options, input, clock, progress));
+  LB_ASSIGN_OR_RETURN(Prepared p, prepare(options, input, clock, progress));
   Artifacts artifacts(output);
   Json report = report_head(options, input, p);
   Made made;
   JobOutcome outcome;
   if (options.lightmaps) {
-    LB_RETURN_IF_ERROR(bake_pages(options, p, made, clock, progress));
+    LB_RETURN_IF_ERROR(bake_pages(options, p, made, report, clock, progress));
     report["radiosity"] = report_radiosity(made.light);
     report["lightmaps"] = report_lightmaps(made.places, made.light.baked.counts, made.encoded);
     report_counters(report, made.light);

@@ -1,6 +1,7 @@
 #include "core/pipeline/certify_stage.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/accuracy/path_tracer.h"
 #include "core/base/random.h"
@@ -63,6 +64,27 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
   auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
   clock.stop();
   return certificate;
+}
+
+Result<double> certify_price(const JobOptions& options, const Prepared& p,
+                             const LightmapPlaces& places, const LightBake& light, double target,
+                             const Progress& progress) {
+  // Paths that certificates were seen to take at 2 %; they grow as the target shrinks, up to the
+  // certificate's budget.
+  constexpr double kPathsAtTwoPercent = 6e5;
+  accuracy::CertificateOptions small;
+  small.target = target;
+  small.max_paths = 20'000;
+  small.seed = item_seed(options.seed, 2, 33);
+  const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
+  const StageClock clock;
+  LB_ASSIGN_OR_RETURN(
+      const accuracy::Certificate run,
+      accuracy::certify(tracer, draw_probes(places, light, options.seed), small, progress));
+  if (run.paths == 0) return 0.0;
+  const double paths = std::min(static_cast<double>(accuracy::CertificateOptions{}.max_paths),
+                                kPathsAtTwoPercent * std::pow(0.02 / target, 1.5));
+  return clock.seconds() * paths / static_cast<double>(run.paths);
 }
 
 nlohmann::json report_accuracy(const accuracy::Certificate& c, double target) {

@@ -12,6 +12,11 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
                                       const LightmapPlaces& places, const LightBake& light,
                                       StageClock& clock, const Progress& progress);
 
+/// Expected seconds of the certificate at a target, from a small run of it.
+Result<double> certify_price(const JobOptions& options, const Prepared& p,
+                             const LightmapPlaces& places, const LightBake& light, double target,
+                             const Progress& progress);
+
 /// The accuracy section. passed: the estimate is not above the target.
 nlohmann::json report_accuracy(const accuracy::Certificate& certificate, double target);
 

@@ -83,7 +83,8 @@ accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPla
 
 Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                              const LightmapPlaces& places, const accuracy::BakeSettings& settings,
-                             StageClock& clock, const Progress& progress) {
+                             StageClock& clock, const Progress& progress,
+                             const std::vector<std::uint8_t>* selected) {
   clock.start("radiosity");
   progress.report("radiosity", 0);
   LightBake bake;
@@ -112,6 +113,7 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   input.direct_lights = !sources.punctual().empty() || !sources.emitters().empty();
   input.mean_irradiance = bake.mean_irradiance;
   input.seed = options.seed;
+  input.selected = selected;
   LB_ASSIGN_OR_RETURN(bake.baked, lightmap::bake_texels(input, settings.gather, progress));
   clock.stop();
   return bake;

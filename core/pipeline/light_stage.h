@@ -34,9 +34,10 @@ struct LightBake {
 /// What settings are chosen from.
 accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPlaces& places);
 
-/// Stages "radiosity" and "gather".
+/// Stages "radiosity" and "gather". selected: bake these texels only (see select_texels).
 Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                              const LightmapPlaces& places, const accuracy::BakeSettings& settings,
-                             StageClock& clock, const Progress& progress);
+                             StageClock& clock, const Progress& progress,
+                             const std::vector<std::uint8_t>* selected = nullptr);
 
 }  // namespace lightbatch::pipeline

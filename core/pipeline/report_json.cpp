@@ -229,6 +229,18 @@ Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
           {"left_alone", left}};
 }
 
+Json report_quote(const std::vector<Price>& prices) {
+  Json list = Json::array();
+  for (const Price& price : prices) {
+    list.push_back({{"error", price.target},
+                    {"measured_error", price.error},
+                    {"seconds", price.seconds},
+                    {"low", 0.7 * price.seconds},
+                    {"high", 1.3 * price.seconds}});
+  }
+  return list;
+}
+
 void report_counters(Json& report, const LightBake& bake) {
   radiosity::RayCounts rays = bake.radiosity.rays;
   rays += bake.baked.counts.rays;

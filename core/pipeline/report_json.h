@@ -10,6 +10,7 @@
 #include "core/pipeline/job.h"
 #include "core/pipeline/light_stage.h"
 #include "core/pipeline/prepare.h"
+#include "core/pipeline/quote.h"
 #include "core/pipeline/stage_clock.h"
 
 namespace lightbatch::pipeline {
@@ -26,6 +27,7 @@ Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& 
                       const std::vector<lightmap::EncodedPage>& pages);
 Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
                     const batches::ViewsReport& views, const std::string& profile);
+Json report_quote(const std::vector<Price>& prices);
 /// Counters of what was cast and looked up, into the plan's effects.
 void report_counters(Json& report, const LightBake& bake);
 /// stages and total.
