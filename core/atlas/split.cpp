@@ -97,27 +97,28 @@ class Splitter {
   }
 
   /// Triangles in connected order from the largest one.
-  std::vector<std::uint32_t> walk(const FlatChart& chart) const {
+  std::vector<std::uint32_t> walk(const FlatChart& chart) {
     const std::uint32_t id = set_.of[chart.triangles[0]];
     std::vector<std::uint32_t> seeds = chart.triangles;
     std::sort(seeds.begin(), seeds.end(), [&](std::uint32_t a, std::uint32_t b) {
       return mesh_.areas[a] != mesh_.areas[b] ? mesh_.areas[a] > mesh_.areas[b] : a < b;
     });
-    std::vector<bool> seen(mesh_.size(), false);
+    seen_.resize(mesh_.size(), false);
     std::vector<std::uint32_t> order;
     for (const std::uint32_t seed : seeds) {
-      if (seen[seed]) continue;
-      seen[seed] = true;
+      if (seen_[seed]) continue;
+      seen_[seed] = true;
       order.push_back(seed);
       for (std::size_t head = order.size() - 1; head < order.size(); ++head) {
         for (std::uint32_t k = 0; k < 3; ++k) {
           const std::uint32_t twin = mesh_.twin[3 * order[head] + k];
-          if (twin == kNone || set_.of[twin / 3] != id || seen[twin / 3]) continue;
-          seen[twin / 3] = true;
+          if (twin == kNone || set_.of[twin / 3] != id || seen_[twin / 3]) continue;
+          seen_[twin / 3] = true;
           order.push_back(twin / 3);
         }
       }
     }
+    for (const std::uint32_t t : order) seen_[t] = false;
     return order;
   }
 
@@ -156,6 +157,7 @@ class Splitter {
   ChartSet& set_;
   const std::uint32_t first_new_ = static_cast<std::uint32_t>(set_.charts.size());
   ProjectScratch scratch_;
+  std::vector<bool> seen_;  // all false between walks
 };
 
 }  // namespace
