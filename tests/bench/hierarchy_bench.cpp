@@ -1,6 +1,7 @@
 // Construction and casting beside Embree 3 (MEDIUM) in one run.
 //
-// hierarchy_bench [--scenes a,b] [--repetitions 5] [--rays 131072] [--soups DIR]
+// hierarchy_bench [--scenes a,b] [--repetitions 5] [--rays 131072] [--checks 200000]
+//                 [--soups DIR]
 //
 // Times are medians of CPU time with one thread (other programs disturb it less than wall time);
 // rates are million rays a second. Ratios are to Embree in the same run; above 1 is faster.
@@ -17,7 +18,9 @@
 #include "core/base/parallel.h"
 #include "core/hierarchy/hierarchy.h"
 #include "core/hierarchy/statistics.h"
+#include "core/rays/bundle.h"
 #include "core/rays/caster.h"
+#include "tests/bench/bench_checks.h"
 #include "tests/bench/bench_rays.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/embree_peer.h"
@@ -27,6 +30,7 @@ namespace {
 
 int repetitions = 5;
 std::size_t ray_count = 131072;
+std::size_t check_count = 200000;
 
 double seconds(clockid_t clock) {
   timespec t;
@@ -55,6 +59,56 @@ std::vector<double> timed(const std::vector<std::function<void()>>& programs,
   return medians;
 }
 
+/// 16 segments between two triangles: what a link knows, against Embree's best way of calling.
+void compare_bundles(const Scene& scene, const rays::Caster& caster, const RaySet& set,
+                     const EmbreePeer& embree) {
+  using Way = EmbreePeer::Way;
+  const float margin = scene.bounds().diagonal() * 2e-5f;  // rays start just off the surface
+  const auto box = [&](std::uint32_t triangle) {
+    const Vec3f by{margin, margin, margin};
+    return Aabb{scene.boxes[triangle].lower - by, scene.boxes[triangle].upper + by};
+  };
+  std::size_t hits = 0;
+  const auto times =
+      timed({[&] {
+               hits = 0;
+               for (std::size_t i = 0; i < set.ends.size(); ++i) {
+                 const auto [a, b] = set.ends[i];
+                 rays::Bundle bundle(caster, box(a), box(b));
+                 for (std::size_t k = 0; k < 16; ++k) {
+                   hits += bundle.occluded(set.rays[16 * i + k]) ? 1u : 0u;
+                 }
+               }
+             },
+             [&] { embree.cast(set, Way::kPacket8); }, [&] { embree.cast(set, Way::kPacket16); },
+             [&] { embree.cast(set, Way::kStream); }});
+  const double rays = static_cast<double>(set.rays.size()) * 1e-6;
+  const double best = std::min({times[1], times[2], times[3]});
+  std::printf("bundle16 %5.2f, Embree's best %5.2f; ratio %.2f; hits %zu\n", rays / times[0],
+              rays / best, best / times[0], hits);
+}
+
+void print_two_threads(const Scene& scene) {
+  const auto build = [&] { hierarchy::build(scene.boxes, {.reinsertion = false}); };
+  set_thread_count(1);
+  const double one = timed({build}, CLOCK_MONOTONIC)[0];
+  set_thread_count(2);
+  const double two = timed({build}, CLOCK_MONOTONIC)[0];
+  set_thread_count(1);
+  std::printf("sweep on two threads: %.2f times as fast (wall time)\n", one / two);
+}
+
+void print_checks(const Scene& scene, const hierarchy::Hierarchy& tree,
+                  const rays::Caster& caster) {
+  const Wrong wrong = check_against_oracle(scene, tree, caster, check_count);
+  std::printf("oracle: %zu wrong of %zu rays (%zu in doubt)\n", wrong.wrong, wrong.rays,
+              wrong.doubtful);
+  if (scene.name == "torus") {
+    std::printf("leaks: %zu of %zu rays at vertices and edges\n",
+                count_leaks(scene, caster, 2000000), std::size_t{2000000});
+  }
+}
+
 void run(const Scene& scene) {
   const auto n = static_cast<double>(scene.triangles.size());
   std::printf("\n== %s: %zu triangles\n", scene.name.c_str(), scene.triangles.size());
@@ -75,6 +129,8 @@ void run(const Scene& scene) {
   const rays::Caster caster(tree, scene.positions, scene.triangles, {});
   std::printf("bytes/triangle: Embree %.1f + 48 of buffers; casting tree %.1f\n",
               embree.bytes_per_triangle(), static_cast<double>(caster.memory_bytes()) / n);
+  print_two_threads(scene);
+  print_checks(scene, tree, caster);
   using Way = EmbreePeer::Way;
   for (const RaySet& set : make_rays(scene, caster, ray_count)) {
     std::size_t own = 0, single = 0;
@@ -89,6 +145,7 @@ void run(const Scene& scene) {
         [&] { embree.cast(set, Way::kPacket16); }, [&] { embree.cast(set, Way::kStream); }};
     const auto times = timed(programs);
     const double rays = static_cast<double>(set.rays.size()) * 1e-6;
+    if (set.name == "ff16") compare_bundles(scene, caster, set, embree);
     std::printf(
         "%-8s single %5.2f, Embree %5.2f (8: %.2f, 16: %.2f, stream: %.2f); ratio %.2f; hits "
         "%zu, %zu\n",
@@ -108,6 +165,7 @@ int main(int argc, char** argv) {
     if (name == "--scenes") wanted = argv[i + 1];
     if (name == "--soups") soups = argv[i + 1];
     if (name == "--repetitions") repetitions = std::max(1, std::atoi(argv[i + 1]));
+    if (name == "--checks") check_count = static_cast<std::size_t>(std::atoll(argv[i + 1]));
     if (name == "--rays") ray_count = static_cast<std::size_t>(std::atoll(argv[i + 1]));
   }
   for (const std::string name : {"classroom", "hotel_room", "office", "torus", "needles"}) {

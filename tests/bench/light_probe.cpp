@@ -109,11 +109,13 @@ int main(int argc, char** argv) {
     std::printf("%-10s %7.3f s  %7.3f CPU s  %5.0f MB\n", stage.name.c_str(), stage.seconds,
                 stage.cpu_seconds, static_cast<double>(stage.peak_bytes) / 1e6);
   }
-  std::printf("certified %.3f %% (%.3f to %.3f) bias %+.3f %% (%+.3f to %+.3f) p95 %.2f %% probes %llu paths %.2f M\n",
-              100 * certificate->relrmse, 100 * certificate->low, 100 * certificate->high,
-              100 * certificate->bias, 100 * certificate->bias_low, 100 * certificate->bias_high,
-              100 * certificate->p95, static_cast<unsigned long long>(certificate->probes),
-              static_cast<double>(certificate->paths) * 1e-6);
+  std::printf(
+      "certified %.3f %% (%.3f to %.3f) bias %+.3f %% (%+.3f to %+.3f) p95 %.2f %% probes %llu "
+      "paths %.2f M\n",
+      100 * certificate->relrmse, 100 * certificate->low, 100 * certificate->high,
+      100 * certificate->bias, 100 * certificate->bias_low, 100 * certificate->bias_high,
+      100 * certificate->p95, static_cast<unsigned long long>(certificate->probes),
+      static_cast<double>(certificate->paths) * 1e-6);
   const auto& counts = bake->baked.counts;
   std::printf(
       "triangles %zu elements %llu edge %.4g links %llu iterations %d residual %.2g mean %.5g\n",

@@ -1,0 +1,92 @@
+#include "core/rays/compare.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "core/base/random.h"
+#include "core/hierarchy/statistics.h"
+#include "core/rays/caster.h"
+
+namespace lightbatch::rays {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Segment {
+  Ray ray;
+  std::uint32_t from, to;
+};
+
+std::vector<Segment> surface_pairs(std::span<const Vec3f> positions,
+                                   std::span<const std::array<std::uint32_t, 3>> triangles,
+                                   const CompareOptions& options) {
+  const auto corner = [&](std::uint32_t t, std::size_t k) {
+    return to_double(positions[triangles[t][k]]);
+  };
+  std::vector<double> sums;
+  double total = 0;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    total += length(cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)));
+    sums.push_back(total);
+  }
+  std::vector<Segment> segments;
+  if (!(total > 0)) return segments;
+  for (std::uint32_t i = 0; i < options.rays; ++i) {
+    Random random(item_seed(options.seed, i));
+    const auto pick = [&](std::uint32_t& t) {
+      const auto found = std::upper_bound(sums.begin(), sums.end(), random.next_double() * total);
+      t = static_cast<std::uint32_t>(
+          std::min<std::ptrdiff_t>(found - sums.begin(), std::ssize(sums) - 1));
+      const double q = std::sqrt(random.next_double()), r = random.next_double();
+      return to_float(corner(t, 0) * (1 - q) + corner(t, 1) * (q * (1 - r)) +
+                      corner(t, 2) * (q * r));
+    };
+    Segment s{};
+    const Vec3f a = pick(s.from), b = pick(s.to);
+    s.ray = {a, b - a, 0, 1};
+    segments.push_back(s);
+  }
+  return segments;
+}
+
+}  // namespace
+
+std::vector<ComparisonRow> compare(std::span<const Aabb> boxes, std::span<const Vec3f> positions,
+                                   std::span<const std::array<std::uint32_t, 3>> triangles,
+                                   std::span<const std::uint32_t> objects,
+                                   const CompareOptions& options) {
+  const std::vector<Segment> segments = surface_pairs(positions, triangles, options);
+  std::vector<ComparisonRow> rows;
+  for (const hierarchy::Method method : hierarchy::kMethods) {
+    Clock::time_point start = Clock::now();
+    const std::optional<hierarchy::Hierarchy> tree = hierarchy::build_with(method, boxes, objects);
+    if (!tree) continue;
+    ComparisonRow row;
+    row.build_seconds = seconds_since(start);
+    row.method = method;
+    row.name = hierarchy::method_name(method);
+    const hierarchy::Statistics s = measure(*tree);
+    row.sah_cost = s.sah_cost;
+    row.sah_cost_merged = s.sah_cost_merged;
+    row.void_area = s.void_area;
+    row.depth = s.depth;
+    row.overlap = effective_partial_overlap(*tree, positions, triangles, options.overlap_samples,
+                                            options.seed);
+    const Caster caster(*tree, positions, triangles, {});
+    start = Clock::now();
+    for (const Segment& segment : segments) {
+      caster.occluded(segment.ray, segment.from, segment.to);
+    }
+    const double spent = seconds_since(start);
+    if (spent > 0) row.rays_per_second = static_cast<double>(segments.size()) / spent;
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace lightbatch::rays
