@@ -80,17 +80,19 @@ Result<v1::ListJobsResponse> JobStore::list(const v1::ListJobsRequest& request) 
   LB_ASSIGN_OR_RETURN(const std::int64_t before, parse_page_token(request.page_token(), state));
   v1::ListJobsResponse response;
   std::int64_t last = 0;
+  std::size_t size = 0;
   bool more = false;
   LB_RETURN_IF_ERROR(
       database_.run("SELECT number,job FROM jobs WHERE number<?1 AND (?2=0 OR state=?2) "
                     "ORDER BY number DESC LIMIT ?3",
                     {before, state, rows + 1}, [&](const Row& row) {
-                      if (response.jobs_size() == rows) {
-                        more = true;
-                        return;
-                      }
+                      const std::string bytes = row.bytes(1);
+                      more = more || response.jobs_size() == rows ||
+                             (size > 0 && size + bytes.size() > kMaxPageBytes);
+                      if (more) return;
+                      size += bytes.size();
                       last = row.integer(0);
-                      response.add_jobs()->ParseFromString(row.bytes(1));
+                      response.add_jobs()->ParseFromString(bytes);
                     }));
   if (more) response.set_next_page_token(make_page_token(last, state));
   return response;
