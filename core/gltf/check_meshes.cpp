@@ -1,6 +1,7 @@
 #include "core/gltf/check_meshes.h"
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string_view>
 
@@ -42,11 +43,13 @@ const Semantic* semantic_of(std::string_view name) {
 
 class MeshCheck {
  public:
-  MeshCheck(const Document& document, std::vector<std::string>& warnings)
+  MeshCheck(const Document& document, std::uint64_t max_triangles,
+            std::vector<std::string>& warnings)
       : document_(document),
         json_(document.json),
         accessors_(list_field(json_, "accessors")),
         slots_(texture_coordinates_needed(json_)),
+        indices_left_(3 * max_triangles),
         warnings_(warnings) {
     for (const Json& name : list_field(json_, "extensionsUsed")) {
       if (name == "KHR_mesh_quantization") quantized_ = true;
@@ -140,7 +143,7 @@ class MeshCheck {
     return {};
   }
 
-  Status check_indices(const Json& primitive, const JsonPath& path, std::uint64_t vertices) const {
+  Status check_indices(const Json& primitive, const JsonPath& path, std::uint64_t vertices) {
     const std::uint32_t accessor = index_field(primitive, "indices");
     if (accessor == kAbsent) return {};
     const JsonPath here(path, "indices");
@@ -153,7 +156,15 @@ class MeshCheck {
     if (view != kAbsent && json_["bufferViews"][view].contains("byteStride")) {
       return malformed(here.text(), "indices lie in a bufferView with a byteStride");
     }
-    const std::uint32_t largest = largest_index(document_, accessor);
+    const auto [known, added] = largest_.try_emplace(accessor, 0);
+    if (added) {
+      if (layout->count > indices_left_) {
+        return over_budget(here.text(), "the scene has too many indices");
+      }
+      indices_left_ -= layout->count;
+      known->second = largest_index(document_, accessor);
+    }
+    const std::uint32_t largest = known->second;
     if (largest >= vertices) {
       return malformed(here.text(), "index " + std::to_string(largest) +
                                         " is out of range: the primitive has " +
@@ -165,18 +176,20 @@ class MeshCheck {
   const Document& document_;
   const Json& json_;
   const Json& accessors_;
-  std::vector<std::vector<std::uint32_t>> slots_;  // per material: sets of texture coordinates
+  std::vector<std::vector<std::uint32_t>> slots_;   // per material: sets of texture coordinates
+  std::map<std::uint32_t, std::uint32_t> largest_;  // index value of each accessor of indices
+  std::uint64_t indices_left_;
   std::vector<std::string>& warnings_;
   bool quantized_ = false;
 };
 
 }  // namespace
 
-Status check_meshes(const Document& document, const JsonPath& root,
+Status check_meshes(const Document& document, const JsonPath& root, std::uint64_t max_triangles,
                     std::vector<std::string>& warnings) {
   const Json& meshes = list_field(document.json, "meshes");
   const JsonPath list(root, "meshes");
-  MeshCheck check(document, warnings);
+  MeshCheck check(document, max_triangles, warnings);
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     LB_RETURN_IF_ERROR(check.check_mesh(meshes[i], JsonPath(list, i)));
   }

@@ -37,7 +37,8 @@ struct Task {
 
 class Collector {
  public:
-  Collector(Document& document, ResourceLoader& loader) : document_(document), loader_(loader) {}
+  Collector(Document& document, std::uint64_t max_triangles, ResourceLoader& loader)
+      : document_(document), indices_left_(3 * max_triangles), loader_(loader) {}
 
   Status add(Json& primitive, const JsonPath& path) {
     const Json* extension = extension_of(primitive, kDraco);
@@ -77,6 +78,10 @@ class Collector {
     LB_RETURN_IF_ERROR(read_layouts(primitive, extension, task));
     LB_RETURN_IF_ERROR(check_draco_counts(task.stream, place, task.attributes.front().layout.count,
                                           task.indices.count));
+    if (task.indices.count > indices_left_) {
+      return over_budget(place, "the scene has too many triangles in Draco data");
+    }
+    indices_left_ -= task.indices.count;
     for (std::size_t i = 0; i < task.attributes.size(); ++i) {
       LB_RETURN_IF_ERROR(reserve(task.attributes[i].layout.count, task.attributes[i].stride, place,
                                  task.outputs[i]));
@@ -127,6 +132,7 @@ class Collector {
   }
 
   Document& document_;
+  std::uint64_t indices_left_;
   ResourceLoader& loader_;
   std::map<std::string, std::size_t> known_;
 };
@@ -162,10 +168,11 @@ class Placer {
 
 }  // namespace
 
-Status decode_draco(Document& document, const JsonPath& root, ResourceLoader& loader) {
+Status decode_draco(Document& document, const JsonPath& root, std::uint64_t max_triangles,
+                    ResourceLoader& loader) {
   const auto meshes = document.json.find("meshes");
   if (meshes == document.json.end()) return {};
-  Collector collector(document, loader);
+  Collector collector(document, max_triangles, loader);
   const JsonPath list(root, "meshes");
   for (std::size_t m = 0; m < meshes->size(); ++m) {
     const JsonPath mesh(list, m);

@@ -7,7 +7,9 @@
 namespace lightbatch::gltf {
 
 /// Decodes every primitive of KHR_draco_mesh_compression: its accessors get ordinary buffer views
-/// in one new buffer, and the extension goes. Call after check_buffer_views(), with buffers loaded.
-Status decode_draco(Document& document, const JsonPath& root, ResourceLoader& loader);
+/// in one new buffer, and the extension goes. INPUT_OVER_BUDGET beyond max_triangles. Call after
+/// check_buffer_views(), with buffers loaded.
+Status decode_draco(Document& document, const JsonPath& root, std::uint64_t max_triangles,
+                    ResourceLoader& loader);
 
 }  // namespace lightbatch::gltf

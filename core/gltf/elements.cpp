@@ -121,11 +121,18 @@ std::uint32_t largest_index(const Document& document, std::uint32_t accessor) {
   return value;
 }
 
-Status check_sparse_indices(const Document& document) {
+Status check_sparse_indices(const Document& document, std::uint64_t budget) {
   const Json& accessors = list_field(document.json, "accessors");
   for (std::uint32_t i = 0; i < accessors.size(); ++i) {
     const std::optional<Layout> layout = layout_of(accessors[i]);
     if (!layout || part_without_data(document, accessors[i]) != nullptr) continue;
+    if (const auto sparse = accessors[i].find("sparse"); sparse != accessors[i].end()) {
+      const std::uint64_t count = (*sparse)["count"].get<std::uint64_t>();
+      if (count > budget) {
+        return over_budget(accessor_place(document, i), "the scene has too many sparse values");
+      }
+      budget -= count;
+    }
     std::uint64_t least = 0;
     bool ascending = true;
     for_each_sparse(document, i, *layout, [&](std::uint32_t index, const std::byte*) {

@@ -79,7 +79,8 @@ class SparseLookup {
 /// The largest value of an accessor of unsigned scalars.
 std::uint32_t largest_index(const Document& document, std::uint32_t accessor);
 
-/// Sparse indices ascend and stay below the number of elements.
-Status check_sparse_indices(const Document& document);
+/// Sparse indices ascend and stay below the number of elements. At most `budget` of them are looked
+/// at: accessors may share the same bytes any number of times.
+Status check_sparse_indices(const Document& document, std::uint64_t budget);
 
 }  // namespace lightbatch::gltf

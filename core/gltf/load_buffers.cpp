@@ -85,8 +85,7 @@ Result<Bytes> ResourceLoader::load(const std::string& uri, const JsonPath& path,
   return bytes;
 }
 
-Status load_buffers(Document& document, const JsonPath& root,
-                    std::optional<std::span<const std::byte>> binary, bool glb,
+Status load_buffers(Document& document, const JsonPath& root, std::optional<Bytes> binary, bool glb,
                     ResourceLoader& loader) {
   const Json& buffers = list_field(document.json, "buffers");
   const std::vector<bool> used = used_buffers(document.json);
@@ -117,8 +116,7 @@ Status load_buffers(Document& document, const JsonPath& root,
       }
     } else if (glb && i == 0) {
       if (!binary) return malformed(path.text(), "the GLB has no BIN chunk for its buffer");
-      LB_RETURN_IF_ERROR(loader.spend(binary->size(), path.text()));
-      bytes.assign(binary->begin(), binary->end());
+      bytes = std::move(*binary);
     } else {
       continue;
     }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 
 #include "core/gltf/document.h"
@@ -31,8 +30,7 @@ class ResourceLoader {
 
 /// Fills document.buffers. A buffer without data (no uri, and not the GLB's own) stays empty, as do
 /// a meshopt fallback buffer and one with a forbidden uri that no bufferView uses.
-Status load_buffers(Document& document, const JsonPath& root,
-                    std::optional<std::span<const std::byte>> binary, bool glb,
+Status load_buffers(Document& document, const JsonPath& root, std::optional<Bytes> binary, bool glb,
                     ResourceLoader& loader);
 
 /// Fills document.images with encoded bytes; to be called when buffers are in plain form.

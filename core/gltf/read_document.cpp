@@ -59,8 +59,8 @@ Status check_zero_bytes(std::uint64_t zero_bytes, const Document& document, cons
 }
 
 /// From JSON and binary chunk to the plain, checked document.
-Status unpack(Document& document, std::optional<std::span<const std::byte>> binary, bool glb,
-              ResourceLoader& loader, const ReadLimits& limits) {
+Status unpack(Document& document, std::optional<Bytes> binary, bool glb, ResourceLoader& loader,
+              const ReadLimits& limits) {
   const JsonPath root(document.name);
   std::vector<std::string>& warnings = document.warnings;
   LB_RETURN_IF_ERROR(check_version(document.json, root, warnings));
@@ -71,17 +71,17 @@ Status unpack(Document& document, std::optional<std::span<const std::byte>> bina
   LB_RETURN_IF_ERROR(check_nodes(document.json, root, limits.nodes, warnings));
   LB_RETURN_IF_ERROR(check_buffer_views(document.json, root, warnings));
 
-  LB_RETURN_IF_ERROR(load_buffers(document, root, binary, glb, loader));
+  LB_RETURN_IF_ERROR(load_buffers(document, root, std::move(binary), glb, loader));
   LB_RETURN_IF_ERROR(decode_meshopt(document, root, loader));
-  LB_RETURN_IF_ERROR(decode_draco(document, root, loader));
+  LB_RETURN_IF_ERROR(decode_draco(document, root, limits.triangles, loader));
   undeclare_extension(document.json, "EXT_meshopt_compression");
   undeclare_extension(document.json, "KHR_draco_mesh_compression");
 
   std::uint64_t zero_bytes = 0;
   LB_RETURN_IF_ERROR(check_accessors(document.json, root, &zero_bytes, warnings));
   LB_RETURN_IF_ERROR(check_zero_bytes(zero_bytes, document, root));
-  LB_RETURN_IF_ERROR(check_sparse_indices(document));
-  LB_RETURN_IF_ERROR(check_meshes(document, root, warnings));
+  LB_RETURN_IF_ERROR(check_sparse_indices(document, 3 * limits.triangles));
+  LB_RETURN_IF_ERROR(check_meshes(document, root, limits.triangles, warnings));
   LB_RETURN_IF_ERROR(check_instancing(document, root));
   LB_RETURN_IF_ERROR(check_animations(document, root));
   LB_RETURN_IF_ERROR(check_skins(document, root));
@@ -118,8 +118,18 @@ Result<Document> read_document(const FileMap& files, const std::string& main,
   }
   LB_ASSIGN_OR_RETURN(document.json, parse_json(chunks.json, main, limits.json_depth, kJsonMemory,
                                                 chunks.json_offset));
-  LB_RETURN_IF_ERROR(unpack(document, chunks.binary, glb, loader, limits));
-  document.input_bytes = file.size() + loader.file_bytes();
+  document.input_bytes = file.size();
+  std::optional<Bytes> binary;
+  if (chunks.binary) {
+    // The file's own memory becomes the buffer: large scenes are held once.
+    const auto first = chunks.binary->data() - file.data();
+    const std::size_t size = chunks.binary->size();
+    file.erase(file.begin(), file.begin() + first);
+    file.resize(size);
+    binary = std::move(file);
+  }
+  LB_RETURN_IF_ERROR(unpack(document, std::move(binary), glb, loader, limits));
+  document.input_bytes += loader.file_bytes();
   if (document.warnings.size() > kMostWarnings) {
     const std::size_t more = document.warnings.size() - kMostWarnings;
     document.warnings.resize(kMostWarnings);

@@ -29,6 +29,19 @@ const char* name_of(Format format) {
   return "unknown";
 }
 
+/// Why bytes that are neither PNG, JPEG nor WebP are no texture for us.
+Status not_decodable(std::span<const std::byte> bytes, const std::string& place) {
+  if (bytes.empty()) return malformed(place, "the image has no bytes");
+  const Format format = detect_format(bytes);
+  if (format == Format::kKtx2) {
+    return unsupported(place, "KTX2 images are passed through, not decoded");
+  }
+  if (format != Format::kUnknown) {
+    return unsupported(place, std::string(name_of(format)) + " images are no glTF textures");
+  }
+  return unsupported(place, "the image is not PNG, JPEG or WebP by its first bytes");
+}
+
 }  // namespace
 
 Status check_size(std::int64_t width, std::int64_t height, std::uint64_t max_pixels,
@@ -60,24 +73,29 @@ Format detect_format(std::span<const std::byte> bytes) {
 
 Result<Image8> decode_image8(std::span<const std::byte> bytes, const std::string& place,
                              std::uint64_t max_pixels) {
-  const Format format = detect_format(bytes);
-  switch (format) {
+  switch (detect_format(bytes)) {
     case Format::kPng:
       return decode_png(bytes, place, max_pixels);
     case Format::kJpeg:
       return decode_jpeg(bytes, place, max_pixels);
     case Format::kWebp:
       return decode_webp(bytes, place, max_pixels);
-    case Format::kKtx2:
-      return unsupported(place, "KTX2 images are passed through, not decoded");
-    case Format::kHdr:
-    case Format::kExr:
-      return unsupported(place, std::string(name_of(format)) + " images are no glTF textures");
-    case Format::kUnknown:
-      break;
+    default:
+      return not_decodable(bytes, place);
   }
-  if (bytes.empty()) return malformed(place, "the image has no bytes");
-  return unsupported(place, "the image is not PNG, JPEG or WebP by its first bytes");
+}
+
+Result<ImageSize> read_image8_size(std::span<const std::byte> bytes, const std::string& place) {
+  switch (detect_format(bytes)) {
+    case Format::kPng:
+      return read_png_size(bytes, place);
+    case Format::kJpeg:
+      return read_jpeg_size(bytes, place);
+    case Format::kWebp:
+      return read_webp_size(bytes, place);
+    default:
+      return not_decodable(bytes, place);
+  }
 }
 
 Result<ImageRgb> decode_image_rgb(std::span<const std::byte> bytes, const std::string& place,

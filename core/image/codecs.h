@@ -21,6 +21,16 @@ Format detect_format(std::span<const std::byte> bytes);
 Result<Image8> decode_image8(std::span<const std::byte> bytes, const std::string& place,
                              std::uint64_t max_pixels = std::uint64_t{1} << 26);
 
+/// Width and height that the header of a PNG, JPEG or WebP states, nothing decoded. Same errors.
+struct ImageSize {
+  int width = 0;
+  int height = 0;
+  std::uint64_t pixels() const {
+    return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+  }
+};
+Result<ImageSize> read_image8_size(std::span<const std::byte> bytes, const std::string& place);
+
 /// Decodes Radiance .hdr or OpenEXR to linear float RGB (environment maps). Same errors.
 Result<ImageRgb> decode_image_rgb(std::span<const std::byte> bytes, const std::string& place,
                                   std::uint64_t max_pixels = std::uint64_t{1} << 26);

@@ -45,6 +45,16 @@ void on_progress(j_common_ptr common) {
   }
 }
 
+void start(JpegRead* state) {
+  state->info.err = jpeg_std_error(&state->errors);
+  state->errors.error_exit = on_error;
+  state->errors.emit_message = on_message;
+  jpeg_create_decompress(&state->info);  // clears all but err
+  state->info.client_data = state;
+  state->progress.progress_monitor = on_progress;
+  state->info.progress = &state->progress;
+}
+
 bool read_header(JpegRead* state, std::span<const std::byte> bytes) {
   if (setjmp(state->escape) != 0) return false;  // NOLINT(cert-err52-cpp)
   jpeg_mem_src(&state->info, reinterpret_cast<const unsigned char*>(bytes.data()),
@@ -78,18 +88,26 @@ bool read_pixels(JpegRead* state, bool cmyk) {
 
 }  // namespace
 
+Result<ImageSize> read_jpeg_size(std::span<const std::byte> bytes, const std::string& place) {
+  JpegRead state;
+  start(&state);
+  Status status;
+  if (!read_header(&state, bytes)) {
+    status = malformed(place, std::string("broken JPEG: ") + state.message);
+  } else {
+    status = check_size(state.info.image_width, state.info.image_height, ~std::uint64_t{0}, place);
+  }
+  const ImageSize size{static_cast<int>(state.info.image_width),
+                       static_cast<int>(state.info.image_height)};
+  jpeg_destroy_decompress(&state.info);
+  if (!status.ok()) return status;
+  return size;
+}
+
 Result<Image8> decode_jpeg(std::span<const std::byte> bytes, const std::string& place,
                            std::uint64_t max_pixels) {
   JpegRead state;
-  state.info.err = jpeg_std_error(&state.errors);
-  state.info.client_data = &state;
-  state.errors.error_exit = on_error;
-  state.errors.emit_message = on_message;
-  jpeg_create_decompress(&state.info);
-  state.info.client_data = &state;
-  state.progress.progress_monitor = on_progress;
-  state.info.progress = &state.progress;
-
+  start(&state);
   Status status;
   if (!read_header(&state, bytes)) {
     status = malformed(place, std::string("broken JPEG: ") + state.message);

@@ -83,6 +83,24 @@ void on_write_error(png_structp, png_const_charp message) { LB_CHECK(false, mess
 
 }  // namespace
 
+Result<ImageSize> read_png_size(std::span<const std::byte> bytes, const std::string& place) {
+  // After the signature of 8 bytes comes IHDR: length, name, width, height, both big-endian.
+  const auto number = [&bytes](std::size_t at) {
+    std::int64_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      value = value << 8 | std::to_integer<std::int64_t>(bytes[at + i]);
+    }
+    return value;
+  };
+  if (bytes.size() < 24 || as_text(bytes).substr(12, 4) != "IHDR") {
+    return malformed(place, "broken PNG: no header");
+  }
+  const std::int64_t width = number(16);
+  const std::int64_t height = number(20);
+  LB_RETURN_IF_ERROR(check_size(width, height, ~std::uint64_t{0}, place));
+  return ImageSize{static_cast<int>(width), static_cast<int>(height)};
+}
+
 Result<Image8> decode_png(std::span<const std::byte> bytes, const std::string& place,
                           std::uint64_t max_pixels) {
   PngRead state;

@@ -1,6 +1,7 @@
 #include "core/scene_in/moving_boxes.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/gltf/accessor.h"
 #include "core/gltf/fields.h"
@@ -23,7 +24,9 @@ Result<std::vector<Affine>> joint_transforms(const gltf::Document& document, con
   for (const Json& joint : skin["joints"]) joints.push_back(tree.world[joint.get<std::size_t>()]);
   const std::uint32_t accessor = gltf::index_field(skin, "inverseBindMatrices");
   if (accessor == kAbsent) return joints;
-  LB_ASSIGN_OR_RETURN(const gltf::Values values, gltf::read_values(document, accessor));
+  std::vector<std::uint32_t> wanted(joints.size());
+  std::iota(wanted.begin(), wanted.end(), 0u);
+  LB_ASSIGN_OR_RETURN(const gltf::Values values, gltf::read_elements(document, accessor, wanted));
   for (std::size_t i = 0; i < joints.size(); ++i) {
     std::array<double, 16> m;
     for (std::size_t k = 0; k < 16; ++k) m[k] = static_cast<double>(values.data[16 * i + k]);

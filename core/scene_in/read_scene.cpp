@@ -75,6 +75,7 @@ class SceneReader {
         if (reason.empty()) {
           reason = moving(placed, primitives[p]);
           if (!reason.empty()) {
+            LB_RETURN_IF_ERROR(spend_moving(primitives[p], placed.node));
             LB_ASSIGN_OR_RETURN(const Aabbd box, moving_box(document_, tree_, placed.node,
                                                             primitives[p], instances));
             if (!box.is_empty()) scene_.moving_boxes.push_back(box);
@@ -100,6 +101,20 @@ class SceneReader {
     if (objects_ <= limits_.nodes) return {};
     return over_budget(document_.name + "#/nodes/" + std::to_string(node),
                        "the scene has more than " + std::to_string(limits_.nodes) + " instances");
+  }
+
+  /// Boxes of what moves are found anew for each node: the work is counted, since nodes may share a
+  /// large mesh any number of times.
+  Status spend_moving(const Json& primitive, std::uint32_t node) {
+    const std::uint32_t accessor = gltf::index_field(primitive["attributes"], "POSITION");
+    const std::uint32_t skin = gltf::index_field(json_["nodes"][node], "skin");
+    const std::uint64_t passes =
+        2 + gltf::list_field(primitive, "targets").size() + 2 * primitive["attributes"].size();
+    vertices_ += passes * json_["accessors"][accessor]["count"].get<std::uint64_t>();
+    if (skin != kAbsent) vertices_ += json_["skins"][skin]["joints"].size();
+    if (vertices_ <= kVerticesPerTriangle * limits_.triangles) return {};
+    return over_budget(document_.name + "#/nodes/" + std::to_string(node),
+                       "too many vertices move");
   }
 
   Status spend_triangles(std::uint64_t count, std::uint64_t instances, std::uint32_t node) {
@@ -201,6 +216,7 @@ class SceneReader {
   }
 
   static constexpr float kLargestReflectance = 0.999f;
+  static constexpr std::uint64_t kVerticesPerTriangle = 8;
 
   const gltf::Document& document_;
   const Json& json_;
@@ -212,6 +228,7 @@ class SceneReader {
   std::vector<Primitive> primitives_;
   std::uint64_t objects_ = 0;
   std::uint64_t triangles_ = 0;
+  std::uint64_t vertices_ = 0;
 };
 
 }  // namespace

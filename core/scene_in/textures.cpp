@@ -10,9 +10,10 @@
 namespace lightbatch::scene_in {
 namespace {
 
-/// Images decoded at a time; fixed, so that the memory rule gives the same result on any number of
-/// threads.
-constexpr std::size_t kBatch = 4;
+/// Pixels that the images of a scene may have together: some for nothing (plain colours pack to
+/// almost no bytes), and in proportion to their encoded size.
+constexpr std::uint64_t kFreePixels = std::uint64_t{1} << 26;
+constexpr std::uint64_t kPixelsPerByte = 128;
 
 scene::Wrap wrap_of(int value) {
   switch (value) {
@@ -56,6 +57,10 @@ std::vector<scene::TextureSlot*> slots_of(scene::Material& material) {
 TextureReader::TextureReader(const gltf::Document& document, const tinygltf::Model& model,
                              const gltf::ReadLimits& limits)
     : document_(document), model_(model), limits_(limits) {}
+
+std::string TextureReader::place_of(std::uint32_t image) const {
+  return document_.name + "#/images/" + std::to_string(image);
+}
 
 std::uint32_t TextureReader::image_of(const tinygltf::Texture& texture) const {
   // WebP is decoded here, so it comes before the core image; Basis and DDS are not, so they come
@@ -126,32 +131,45 @@ void TextureReader::decode(scene::Scene& scene) {
     }
   }
   std::vector<std::uint32_t> order;
-  for (const auto& [image, place] : wanted) order.push_back(image);
-
-  std::uint64_t pixels_left = limits_.decoded_bytes / 4;
-  for (std::size_t first = 0; first < order.size(); first += kBatch) {
-    const std::size_t count = std::min(kBatch, order.size() - first);
-    const std::uint64_t allowed = std::min(limits_.image_pixels, pixels_left / kBatch);
-    std::vector<Result<image::Image8>> decoded(count, Result<image::Image8>(image::Image8{}));
-    parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::uint32_t index = order[first + i];
-        decoded[i] = image::decode_image8(
-            document_.images[index], document_.name + "#/images/" + std::to_string(index), allowed);
-      }
-    });
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!decoded[i].ok()) {
-        warnings_.push_back("image not decoded, the factor of its textures is used: " +
-                            decoded[i].status().to_string());
-        ++not_decoded_;
-        continue;
-      }
-      image::Image8 pixels = std::move(decoded[i]).value();
-      pixels_left -= pixels.rgba.size() / 4;
-      wanted[order[first + i]] = static_cast<std::uint32_t>(scene.images.size());
-      scene.images.push_back(std::make_shared<const image::Image8>(std::move(pixels)));
+  std::uint64_t encoded_bytes = 0;
+  for (const auto& [image, place] : wanted) {
+    order.push_back(image);
+    encoded_bytes += document_.images[image].size();
+  }
+  // Headers first: what all images together take is known before any is decoded.
+  std::uint64_t pixels_left =
+      std::min(limits_.decoded_bytes / 4, kFreePixels + kPixelsPerByte * encoded_bytes);
+  std::vector<Result<image::Image8>> decoded(order.size(), Result<image::Image8>(image::Image8{}));
+  std::vector<std::size_t> tasks;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto size = image::read_image8_size(document_.images[order[i]], place_of(order[i]));
+    const std::uint64_t pixels = size.ok() ? size->pixels() : 0;
+    if (!size.ok()) {
+      decoded[i] = size.status();
+    } else if (pixels > limits_.image_pixels || pixels > pixels_left) {
+      decoded[i] = over_budget(place_of(order[i]),
+                               "the image, or all of them together, has too many pixels");
+    } else {
+      pixels_left -= pixels;
+      tasks.push_back(i);
     }
+  }
+  parallel_for(tasks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const std::uint32_t index = order[tasks[t]];
+      decoded[tasks[t]] =
+          image::decode_image8(document_.images[index], place_of(index), limits_.image_pixels);
+    }
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (!decoded[i].ok()) {
+      warnings_.push_back("image not decoded, the factor of its textures is used: " +
+                          decoded[i].status().to_string());
+      ++not_decoded_;
+      continue;
+    }
+    wanted[order[i]] = static_cast<std::uint32_t>(scene.images.size());
+    scene.images.push_back(std::make_shared<const image::Image8>(std::move(decoded[i]).value()));
   }
   for (scene::Material& material : scene.materials) {
     for (scene::TextureSlot* slot : slots_of(material)) {

@@ -33,6 +33,7 @@ class TextureReader {
   scene::TextureSlot make(int texture, double texcoord, const tinygltf::Value* transform,
                           const std::string& place);
   std::uint32_t image_of(const tinygltf::Texture& texture) const;
+  std::string place_of(std::uint32_t image) const;
 
   const gltf::Document& document_;
   const tinygltf::Model& model_;

@@ -23,7 +23,11 @@ namespace lightbatch::gltf {
 class SceneFiles {
  public:
   SceneFiles() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "lightbatch-XXXXXX").string();
+    // Memory rather than disk where there is such a folder: thousands of small files.
+    const std::filesystem::path memory = "/dev/shm";
+    const std::filesystem::path base =
+        std::filesystem::exists(memory) ? memory : std::filesystem::temp_directory_path();
+    std::string pattern = (base / "lightbatch-XXXXXX").string();
     folder_ = ::mkdtemp(pattern.data());
   }
   ~SceneFiles() { std::filesystem::remove_all(folder_); }
