@@ -6,12 +6,8 @@
 //   so nothing is missed, ties included;
 // - every node knows its place in the result, so threads cannot change it.
 
-#include "core/hierarchy/sweep_vectors.h"
+#include "core/hierarchy/sweep_costs.h"
 
-constexpr std::uint32_t kWholeSweep = 64;  // nodes up to here are swept without blocks
-constexpr std::uint32_t kSmallBlock = 16;  // block size of nodes up to kManySmall
-constexpr std::uint32_t kManySmall = 1024;
-constexpr std::uint32_t kLargeBlock = 64;
 constexpr std::uint32_t kParallelNode = 16384;  // larger nodes may be split by all threads
 constexpr std::uint32_t kSubtrees = 12;         // down to a twelfth of all primitives
 
@@ -22,106 +18,6 @@ struct Task {
   int depth = 0;
   std::array<std::uint8_t, 3> side{};  // which buffer, for each axis
 };
-
-/// What the blocks of one list know. Index b: block b; prefixes end before it, suffixes begin
-/// with it.
-struct Blocks {
-  std::vector<Record> boxes, prefix, suffix;
-  std::vector<float> prefix_area, suffix_area;
-  void resize(std::size_t n) {
-    boxes.resize(n);
-    prefix.resize(n + 1);
-    suffix.resize(n + 1);
-    prefix_area.resize(n + 1);
-    suffix_area.resize(n + 1);
-  }
-};
-using NodeBlocks = std::array<Blocks, 3>;
-
-/// The limits and the place of a sweep over part of a list.
-struct SweepContext {
-  std::uint32_t n;
-  std::uint32_t axis;
-  PositionRange range;
-};
-
-/// Offers every position strictly inside r[0, count), which begins at position `first` of its node;
-/// `before` and `after` are the boxes of what lies outside. Returns the box of all.
-LB_INLINE V8f sweep_inside(const Record* r, std::uint32_t count, std::uint32_t first, V8f before,
-                           V8f after, const SweepContext& context, Split& best) {
-  V4f right[kLargeBlock + 4];
-  V8f box = after;
-  for (std::uint32_t j = count - 1; j > 0; --j) {
-    box = unite(load_box(r + j), box);
-    right[j] = negated_extent(box);
-  }
-  for (std::uint32_t j = count; j < count + 3; ++j) right[j] = V4f{};
-  const V8f all = unite(load_box(r), box);
-  box = before;
-  const V4i steps{0, 1, 2, 3};
-  for (std::uint32_t j = 1; j < count; j += 4) {
-    V4f left[4];
-    for (std::uint32_t i = 0; i < 4; ++i) {
-      box = unite(load_box(r + std::min(j + i, count) - 1), box);
-      left[i] = negated_extent(box);
-    }
-    const V4f left_area = areas_of(left[0], left[1], left[2], left[3]);
-    const V4f right_area = areas_of(right[j], right[j + 1], right[j + 2], right[j + 3]);
-    const std::uint32_t k = first + j;
-    const V4f on_left = __builtin_convertvector(steps + static_cast<std::int32_t>(k), V4f);
-    const V4f on_right =
-        __builtin_convertvector(static_cast<std::int32_t>(context.n - k) - steps, V4f);
-    const V4f cost = left_area * on_left + right_area * on_right;
-    unsigned mask = mask4(cost <= best.cost) & ((1u << std::min(4u, count - j)) - 1);
-    for (; mask != 0; mask &= mask - 1) {
-      const auto i = static_cast<std::uint32_t>(std::countr_zero(mask));
-      if (k + i < context.range.first || k + i > context.range.last) continue;
-      best.offer(cost[i], context.axis, k + i, tie_rank(k + i, context.n));
-    }
-  }
-  return all;
-}
-
-/// The costs of all positions of three small lists, side by side: cost[j / 4][axis][i] is that of
-/// position j + i, NaN beyond the last. Lowers `least`; returns the box.
-LB_INLINE V8f whole_costs(const std::array<const Record*, 3>& r, std::uint32_t n, V4f (*cost)[3],
-                          V4f& least) {
-  V4f right[3][kWholeSweep + 4];
-  V8f box[3];
-  for (std::size_t a = 0; a < 3; ++a) {
-    box[a] = load_box(r[a] + n - 1);
-    right[a][n - 1] = negated_extent(box[a]);
-    // Positions beyond the last one never compare as less.
-    for (std::uint32_t j = n; j < n + 3; ++j) right[a][j] = infinite4() - infinite4();
-  }
-  for (std::uint32_t j = n - 2; j > 0; --j) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      box[a] = unite(load_box(r[a] + j), box[a]);
-      right[a][j] = negated_extent(box[a]);
-    }
-  }
-  const V8f all = unite(load_box(r[0]), box[0]);
-  for (std::size_t a = 0; a < 3; ++a) box[a] = load_box(r[a]);
-  V4i on_left{1, 2, 3, 4};
-  for (std::uint32_t j = 1; j < n; j += 4) {
-    const V4f many_left = __builtin_convertvector(on_left, V4f);
-    const V4f many_right = __builtin_convertvector(static_cast<std::int32_t>(n) - on_left, V4f);
-    on_left += 4;
-    for (std::size_t a = 0; a < 3; ++a) {
-      V4f left[4];
-      for (std::uint32_t i = 0; i < 4; ++i) {
-        left[i] = negated_extent(box[a]);
-        box[a] = unite(load_box(r[a] + std::min(j + i, n - 1)), box[a]);
-      }
-      const V4f sum =
-          areas_of(left[0], left[1], left[2], left[3]) * many_left +
-          areas_of(right[a][j], right[a][j + 1], right[a][j + 2], right[a][j + 3]) * many_right;
-      cost[j / 4][a] = sum;
-      least = sum < least ? sum : least;
-    }
-  }
-  return all;
-}
 
 class Sweep {
  public:

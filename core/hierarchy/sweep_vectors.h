@@ -1,4 +1,4 @@
-// Vector pieces of the sweep; included by sweep_impl.h only.
+// Vector pieces of the sweep; included by sweep_costs.h only.
 
 using V8f = float __attribute__((vector_size(32)));
 using V4f = float __attribute__((vector_size(16)));
