@@ -4,7 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "core/accuracy/path_tracer.h"
 #include "core/hierarchy/hierarchy.h"
 #include "core/optics/environment.h"
 #include "core/optics/optics.h"
