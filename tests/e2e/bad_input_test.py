@@ -24,7 +24,7 @@ def mutations(whole):
         "index": lambda d: d["accessors"][1].update(bufferView=99),
         "cycle": lambda d: d["nodes"][0].update(children=[1]) or d["nodes"][1].update(children=[0]),
         "escape": lambda d: d["buffers"].append({"byteLength": 4, "uri": "../../etc/passwd"}),
-        "network": lambda d: d["buffers"].append({"byteLength": 4, "uri": "http://localhost/x"}),
+        "network": lambda d: d["buffers"][0].update(uri="http://localhost/x"),
         "required": lambda d: d.update(extensionsRequired=["EXT_unheard_of"]),
         "type": lambda d: d.update(nodes="none"),
     }
