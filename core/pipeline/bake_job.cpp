@@ -72,13 +72,16 @@ Status plan_batches(const JobOptions& options, const Prepared& p, const batches:
   batches::BatchOptions batch_options;
   batch_options.max_batches = static_cast<std::uint32_t>(options.max_batches);
   batch_options.traits = scene_out::describe_objects(
-      p.document, *p.scene, options.lightmaps ? &made.places.layout : nullptr);
+      p.document, *p.scene,
+      options.lightmaps && options.carrier != Carrier::kPortable ? &made.places.layout : nullptr);
   if (options.lightmaps) {
+    // Portable: lit and unlit triangles only have to stay apart.
+    const bool pages = options.carrier != Carrier::kPortable;
     batch_options.page_of_triangle.resize(p.scene->triangles.size(), scene::kNone);
     for (std::size_t i = 0; i < batch_options.page_of_triangle.size(); ++i) {
       const std::uint32_t chart = made.places.layout.chart_of[i];
       if (chart != scene::kNone) {
-        batch_options.page_of_triangle[i] = made.places.layout.charts[chart].page;
+        batch_options.page_of_triangle[i] = pages ? made.places.layout.charts[chart].page : 0;
       }
     }
   }
