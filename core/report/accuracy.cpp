@@ -59,6 +59,8 @@ std::string accuracy_section(const Json& report) {
                                  {"high", "to", Format::kPercent},
                                  {"p95", "error of the worst 5 % above", Format::kPercent},
                                  {"bias", "bias", Format::kPercent},
+                                 {"bias_low", "95 % interval of the bias from", Format::kPercent},
+                                 {"bias_high", "to", Format::kPercent},
                                  {"probes", "texels compared"}},
                                 {"passed"});
   if (!tables.empty()) {

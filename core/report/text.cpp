@@ -139,6 +139,7 @@ std::string percent_text(double fraction) { return significant(100 * fraction, 3
 
 std::string seconds_text(double seconds) {
   if (!std::isfinite(seconds) || seconds < 0) return significant(seconds);
+  if (seconds > 0 && seconds < 1e-3) return significant(1e6 * seconds, 3) + " µs";
   if (seconds < 1) return significant(1000 * seconds, 3) + " ms";
   if (seconds < 120) return significant(seconds, 3) + " s";
   const auto whole = static_cast<long long>(std::min(seconds, 1e15) + 0.5);

@@ -49,6 +49,7 @@ TEST(Numbers, ReadAsPeopleWriteThem) {
   EXPECT_EQ(count_text(0.5), "0.5");
   EXPECT_EQ(percent_text(0.0173), "1.73 %");
   EXPECT_EQ(seconds_text(0.42), "420 ms");
+  EXPECT_EQ(seconds_text(8.69e-6), "8.69 µs");
   EXPECT_EQ(seconds_text(12.34), "12.3 s");
   EXPECT_EQ(seconds_text(192), "3 min 12 s");
   EXPECT_EQ(seconds_text(121.4), "2 min 01 s");
