@@ -8,6 +8,7 @@
 #include "core/base/status.h"
 #include "core/optics/environment.h"
 #include "core/radiosity/direct_light.h"
+#include "core/radiosity/element_lookup.h"
 #include "core/radiosity/elements.h"
 #include "core/radiosity/solution.h"
 
@@ -22,6 +23,8 @@ struct GatherSettings {
   double reach = 0.5;       // of sharing: block edge at most this many harmonic mean distances
   int pilot_rays = 4;       // emitter shadow rays of every texel
   int refined_rays = 64;    // of texels whose pilot, or a neighbour's, is mixed
+  int edge_rounds = 24;     // further shadow rays a punctual light and point, where its shadow's
+                            // edge runs through a texel
   double deeper = 0.5;      // one more gather when a hit is nearer than this many element edges
 };
 
@@ -33,6 +36,7 @@ struct BakeInput {
   const optics::Environment& sky;
   const radiosity::DirectLight& direct;
   const radiosity::Elements& elements;
+  const radiosity::ElementLookup& lookup;
   const radiosity::Solution& solution;
   const atlas::Layout& layout;
   const atlas::TexelMap& texels;

@@ -11,6 +11,7 @@
 #include "core/base/random.h"
 #include "core/lightmap/bake.h"
 #include "core/lightmap/texel_points.h"
+#include "core/math/sobol.h"
 #include "core/scene/scene.h"
 
 namespace lightbatch::lightmap {
@@ -76,22 +77,19 @@ class DirectMap {
         open_emitted += to_double(terms.total);
         seen.add(own);
       }
-      if (every_point) {
-        for (const auto& light : lights_) {
-          const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
-          if (open.is_black()) continue;
-          punctual += to_double(open * input_.direct.punctual_visibility(at, light, counts.rays));
-        }
-      }
     }
     if (pilot != nullptr) pilot->measured = true;
     if (pilot != nullptr && any_terms) {
       pilot->emitters = seen.none() ? 1 : seen.full() ? 2 : 3;
       pilot->mixed = pilot->mixed || pilot->emitters == 3;
     }
-    if (!every_point) punctual += pilot_punctual(texel, points, used, stride, *pilot, counts);
     const double scale = 1.0 / used;
-    return {to_float(punctual * scale), to_float(emitted * scale), to_float(open_emitted * scale)};
+    if (every_point) {
+      punctual = refined_punctual(t, points, counts);
+    } else {
+      punctual = pilot_punctual(texel, points, used, stride, *pilot, counts) * scale;
+    }
+    return {to_float(punctual), to_float(emitted * scale), to_float(open_emitted * scale)};
   }
 
  private:
@@ -130,6 +128,49 @@ class DirectMap {
     }
     pilot.punctual = hash;
     return sum;
+  }
+
+  /// Mean punctual light over the texel: one shadow ray a light from every point; where a shadow's
+  /// edge runs through the texel, more rounds from points moved (Owen-Sobol) within their share of
+  /// it.
+  Rgbd refined_punctual(std::uint32_t t, const TexelPoints& points, BakeCounts& counts) const {
+    Rgbd total;
+    if (lights_.empty()) return total;
+    const float lift = input_.direct.lift();
+    std::array<Receiver, 16> at;
+    for (std::uint32_t i = 0; i < points.count; ++i) {
+      at[i] = receiver_at(input_.scene, input_.layout, points.point[i], lift);
+    }
+    const int extra = settings_.edge_rounds;
+    for (std::size_t l = 0; l < lights_.size(); ++l) {
+      const auto& light = lights_[l];
+      const auto arrives = [&](const Receiver& from, Rgbd& sum, bool& dark, bool& lit) {
+        const Rgb open = light.irradiance(from.frame.position, from.frame.normal);
+        const Rgb share =
+            open.is_black() ? Rgb{} : input_.direct.punctual_visibility(from, light, counts.rays);
+        (share.is_black() ? dark : lit) = true;
+        sum += to_double(open * share);
+      };
+      Rgbd sum;
+      bool dark = false, lit = false;
+      for (std::uint32_t i = 0; i < points.count; ++i) arrives(at[i], sum, dark, lit);
+      std::uint32_t taken = points.count;
+      if (dark && lit) {
+        for (std::uint32_t i = 0; i < points.count; ++i) {
+          const OwenSobol2 shift(
+              static_cast<std::uint32_t>(item_seed(input_.seed, t, 300 + 16 * l + i)));
+          for (std::uint32_t round = 0; round < static_cast<std::uint32_t>(extra); ++round) {
+            const Vec2f by = shift.point(round);
+            TexelPoints::Point moved = points.point[i];
+            moved.at = moved.at + Vec2f{(by.x - 0.5f) * 0.25f, (by.y - 0.5f) * 0.25f};
+            arrives(receiver_at(input_.scene, input_.layout, moved, lift), sum, dark, lit);
+          }
+        }
+        taken += points.count * static_cast<std::uint32_t>(extra);
+      }
+      total += sum / static_cast<double>(taken);
+    }
+    return total;
   }
 
   const BakeInput& input_;

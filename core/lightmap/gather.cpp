@@ -16,6 +16,8 @@ using radiosity::LightState;
 using radiosity::Receiver;
 
 constexpr int kMaxDepth = 2;
+/// Emitter terms of a point that is itself one sample of many.
+constexpr std::size_t kDeepTerms = 6;
 
 }  // namespace
 
@@ -55,7 +57,7 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, std::uint64_t seed,
       irradiance += open * input_.direct.punctual_visibility(at, light, counts.rays);
     }
   }
-  const auto terms = input_.direct.emitter_terms(at, random.next_u64(), counts.rays);
+  const auto terms = input_.direct.emitter_terms(at, random.next_u64(), counts.rays, kDeepTerms);
   if (terms.count > 0) {
     irradiance +=
         terms.total *
@@ -76,7 +78,7 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, std::uint64_t seed,
 
 Rgb Gather::seen(const rays::Hit& hit, float distance, std::uint64_t seed, int depth,
                  BakeCounts& counts) const {
-  const ElementId e = input_.elements.at(hit.triangle, hit.u, hit.v, hit.back);
+  const ElementId e = input_.lookup.at(hit);
   if (e == radiosity::kNoElement) return {};
   if (depth < kMaxDepth &&
       static_cast<double>(distance) < settings_.deeper * input_.elements.edge()) {

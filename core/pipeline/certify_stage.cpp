@@ -12,6 +12,7 @@ namespace {
 
 /// Texels drawn for judging; the certificate uses a prefix.
 constexpr std::size_t kProbes = 2000;
+constexpr std::size_t kPointsPerProbe = 256;
 
 /// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
 /// shuffled.
@@ -36,10 +37,15 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
         static_cast<std::size_t>(std::upper_bound(up_to.begin(), up_to.end(), at) - up_to.begin()));
     accuracy::Probe probe;
     probe.value = light.baked.irradiance[t];
+    // Many points, moved at random within their share of the texel, so that shadow edges are judged
+    // by where they run and not by the baker's own pattern.
     const auto points = lightmap::texel_points(places.texels, texels[t]);
-    for (std::uint32_t i = 0; i < points.count; ++i) {
-      const auto p = atlas::point_at(places.layout, points.point[i].triangle, points.point[i].at);
-      probe.points.push_back({p.triangle, p.u, p.v, false});
+    for (std::size_t i = 0; i < kPointsPerProbe; ++i) {
+      auto moved = points.point[i % points.count];
+      moved.at = moved.at +
+                 Vec2f{(random.next_float() - 0.5f) * 0.25f, (random.next_float() - 0.5f) * 0.25f};
+      const auto q = atlas::point_at(places.layout, moved.triangle, moved.at);
+      probe.points.push_back({q.triangle, q.u, q.v, false});
     }
     probes.push_back(std::move(probe));
   }
@@ -47,6 +53,19 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
     std::swap(probes[k - 1], probes[random.below(k)]);
   }
   return probes;
+}
+
+/// Area mean of the baked irradiance, lux, mean over the channels.
+double mean_of_map(const LightmapPlaces& places, const LightBake& light) {
+  double sum = 0, area = 0;
+  for (std::size_t t = 0; t < places.texels.texels.size(); ++t) {
+    for (const atlas::Fragment& f : places.texels.fragments_of(places.texels.texels[t])) {
+      sum += static_cast<double>(f.surface) * static_cast<double>(light.baked.irradiance[t].sum()) /
+             3.0;
+      area += static_cast<double>(f.surface);
+    }
+  }
+  return area > 0 ? sum / area : 0;
 }
 
 }  // namespace
@@ -61,6 +80,7 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
   accuracy::CertificateOptions certificate_options;
   certificate_options.target = p.target_error;
   certificate_options.seed = item_seed(options.seed, 1, 32);
+  certificate_options.map_mean = mean_of_map(places, light);
   auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
   clock.stop();
   return certificate;

@@ -6,6 +6,7 @@
 #include "core/radiosity/direct_light.h"
 #include "core/radiosity/elements.h"
 #include "core/radiosity/light_sources.h"
+#include "core/radiosity/linked_solver.h"
 #include "core/radiosity/solver.h"
 
 namespace lightbatch::pipeline {
@@ -97,18 +98,22 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                                       p.effects.on(Effect::kShadows));
   const radiosity::Elements elements(*p.scene, p.tree, *p.optics, settings.elements);
   bake.element_edge = elements.edge();
+  const radiosity::ElementLookup lookup(*p.scene, *p.caster, elements, direct.lift());
   radiosity::SolverOptions solver = settings.solver;
   solver.interreflection = p.effects.on(Effect::kInterreflection);
   const radiosity::SolverInput solver_input{*p.scene, p.tree, *p.optics, *p.caster,
-                                            elements, direct, p.sky};
+                                            elements, direct, p.sky,     lookup};
+  const bool linked = options.solver == SolverMode::kLinked;
   LB_ASSIGN_OR_RETURN(const radiosity::Solution solution,
-                      radiosity::solve_stored_rays(solver_input, solver, progress));
+                      linked ? radiosity::solve_linked(solver_input, solver, progress)
+                             : radiosity::solve_stored_rays(solver_input, solver, progress));
+  bake.mode = linked ? "linked" : "stored-ray";
   bake.radiosity = solution.statistics;
   bake.mean_irradiance = mean_over_texels(p, places, elements, solution);
 
   clock.start("gather");
-  lightmap::BakeInput input{*p.scene, *p.optics, *p.caster,     p.sky,        direct,
-                            elements, solution,  places.layout, places.texels};
+  lightmap::BakeInput input{*p.scene, *p.optics, *p.caster, p.sky,         direct,
+                            elements, lookup,    solution,  places.layout, places.texels};
   input.indirect = solver.interreflection || !p.sky.is_black();
   input.direct_lights = !sources.punctual().empty() || !sources.emitters().empty();
   input.mean_irradiance = bake.mean_irradiance;

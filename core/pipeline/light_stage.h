@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/accuracy/settings.h"
@@ -26,6 +27,7 @@ Result<LightmapPlaces> make_places(const JobOptions& options, const Prepared& p,
 struct LightBake {
   accuracy::BakeSettings settings;
   radiosity::Solution::Statistics radiosity;
+  std::string mode;  // of the first stage
   double element_edge = 0;
   double mean_irradiance = 0;  // lux, of the first stage, over the surfaces with texels
   lightmap::BakedTexels baked;

@@ -140,12 +140,12 @@ Json report_radiosity(const LightBake& bake) {
   const auto& s = bake.radiosity;
   const double in = s.emitted.sum();
   const double out = s.absorbed.sum() + s.escaped.sum();
-  return {{"mode", "stored-ray"},
+  return {{"mode", bake.mode},
           {"elements", s.elements},
           {"element_edge_metres", bake.element_edge},
           {"iterations", s.iterations},
           {"residual", s.residual},
-          {"links", {{"stored rays", s.links}}},
+          {"links", {{bake.mode, s.links}}},
           {"memory_bytes", s.memory_bytes},
           {"mean_irradiance_lux", bake.mean_irradiance},
           {"energy",

@@ -71,9 +71,10 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
   return blocked ? Rgb{} : filter.transmittance();
 }
 
-EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed,
-                                        RayCounts& counts) const {
+EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed, RayCounts& counts,
+                                        std::size_t capacity) const {
   EmitterTerms terms;
+  capacity = std::clamp<std::size_t>(capacity, 1, EmitterTerms::kCapacity);
   const auto& emitters = sources_->emitters();
   const auto add = [&](std::uint32_t index, float scale) {
     const Emitter& e = emitters[index];
@@ -84,7 +85,7 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed,
     terms.total += value;
     terms.weight += value.sum();
   };
-  if (emitters.size() <= EmitterTerms::kCapacity) {
+  if (emitters.size() <= capacity) {
     for (std::uint32_t i = 0; i < emitters.size(); ++i) add(i, 1.0f);
     return terms;
   }
@@ -106,7 +107,7 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed,
     sum += bound.importance;
   };
   push(0);
-  while (size > 0 && size < EmitterTerms::kCapacity) {
+  while (size > 0 && size < capacity) {
     std::size_t worst = 0;
     for (std::size_t i = 1; i < size; ++i) {
       if (cut[i].bound.uncertainty > cut[worst].bound.uncertainty) worst = i;

@@ -86,7 +86,9 @@ class DirectLight {
   float lift() const { return lift_; }
 
   /// seed picks the representatives of cut nodes; irrelevant while all emitters are leaves.
-  EmitterTerms emitter_terms(const Receiver& at, std::uint64_t seed, RayCounts& counts) const;
+  /// At most `capacity` terms.
+  EmitterTerms emitter_terms(const Receiver& at, std::uint64_t seed, RayCounts& counts,
+                             std::size_t capacity = EmitterTerms::kCapacity) const;
 
   /// Casts `rays` shadow rays to points of the emitters, chosen by what each term brings; sample
   /// indices first, first + 1... of the Owen-Sobol sequence of `seed`.

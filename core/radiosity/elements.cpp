@@ -278,6 +278,26 @@ ElementPoint Elements::point(ElementId e, float a, float b) const {
   return {grid.triangle, weight[1], weight[2]};
 }
 
+std::size_t Elements::neighbours(ElementId e, ElementId* result) const {
+  if (!is_cell(e)) return 0;
+  const Cell cell = cell_of(e);
+  const Grid& grid = grids_[cell.grid];
+  const std::uint32_t* row = row_start_.data() + grid.first_row;
+  const ElementId first = e - (row[cell.i] + cell.j);
+  std::size_t count = 0;
+  constexpr int kSteps[8][2] = {{0, 1}, {0, -1},  {1, 0},  {-1, 0},
+                                {1, 1}, {-1, -1}, {1, -1}, {-1, 1}};
+  for (const auto& step : kSteps) {
+    const std::int64_t i = static_cast<std::int64_t>(cell.i) + step[0];
+    const std::int64_t j = static_cast<std::int64_t>(cell.j) + step[1];
+    if (i < 0 || j < 0 || i >= static_cast<std::int64_t>(grid.rows)) continue;
+    const auto k = static_cast<std::size_t>(i);
+    if (j >= static_cast<std::int64_t>(row[k + 1]) - static_cast<std::int64_t>(row[k])) continue;
+    result[count++] = first + row[k] + static_cast<ElementId>(j);
+  }
+  return count;
+}
+
 std::span<const std::uint32_t> Elements::group(ElementId e) const {
   if (is_cell(e)) return {};
   return std::span(group_triangles_)

@@ -56,6 +56,9 @@ class Elements {
   /// An area-uniform point of the element for random (a, b) in [0, 1)^2.
   ElementPoint point(ElementId e, float a, float b) const;
 
+  /// Cells of the same triangle's side around a cell, at most 8, edge neighbours first.
+  std::size_t neighbours(ElementId e, ElementId* result) const;
+
   /// Triangles of a group (empty for a cell).
   std::span<const std::uint32_t> group(ElementId e) const;
 

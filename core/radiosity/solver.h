@@ -4,6 +4,7 @@
 #include "core/base/status.h"
 #include "core/optics/environment.h"
 #include "core/radiosity/direct_light.h"
+#include "core/radiosity/element_lookup.h"
 #include "core/radiosity/elements.h"
 #include "core/radiosity/solution.h"
 #include "core/rays/caster.h"
@@ -19,6 +20,7 @@ struct SolverInput {
   const Elements& elements;
   const DirectLight& direct;
   const optics::Environment& sky;
+  const ElementLookup& lookup;
 };
 
 struct SolverOptions {

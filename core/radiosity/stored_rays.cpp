@@ -75,7 +75,7 @@ Links shoot(const SolverInput& input, const SolverOptions& options, std::vector<
         walk_hemisphere_ray(
             input.optics, input.caster, {frame.origin, direction}, p.triangle, out.counts,
             [&](const rays::Hit& hit, const Rgb& weight) {
-              const ElementId source = elements.at(hit.triangle, hit.u, hit.v, hit.back);
+              const ElementId source = input.lookup.at(hit);
               if (source == kNoElement) return;
               out.source.push_back(source);
               if (sheets) out.weight.push_back(weight);
@@ -139,6 +139,14 @@ Rgbd divide(const Rgbd& a, const Rgbd& b) {
   return {ratio(a.r, b.r), ratio(a.g, b.g), ratio(a.b, b.b)};
 }
 
+/// first / held per channel; 1 where nothing is held, and never a wild step.
+Rgbd correction(const Rgbd& first, const Rgbd& held) {
+  const auto ratio = [](double f, double h) {
+    return h > 0 && f > 0 ? std::clamp(f / h, 1e-3, 1e3) : 1.0;
+  };
+  return {ratio(first.r, held.r), ratio(first.g, held.g), ratio(first.b, held.b)};
+}
+
 }  // namespace
 
 Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions& options,
@@ -172,12 +180,10 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
   if (!links.source.empty()) {
     std::vector<Rgb> rho(count);
     for (ElementId e = 0; e < count; ++e) rho[e] = elements.reflectance(e);
-    // What a constant correction changes: sum A (rho - rho K rho).
-    const Rgbd response = area_sum(elements, [&](ElementId e) {
-      const Rgbd r = to_double(rho[e]);
-      return r - r * row_sum(links, e, rho);
-    });
-    std::vector<Rgb> next(count);
+    // What the first bounce brings in all: sum A rho K B0.
+    const Rgbd first_bounce = area_sum(
+        elements, [&](ElementId e) { return to_double(rho[e]) * row_sum(links, e, start); });
+    std::vector<Rgb> next(count), indirect(count);
     const auto chunked_sweep = [&] {
       // In place inside a chunk, last iteration's values outside: the same on any thread count.
       constexpr std::size_t kChunk = 4096;
@@ -204,19 +210,22 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
       });
       const Rgbd size = area_sum(elements, [&](ElementId e) { return to_double(next[e]); });
       radiosity.swap(next);
-      // Energy correction: B += rho c brings the total into balance at once.
-      const Rgbd imbalance = area_sum(elements, [&](ElementId e) {
-        return to_double(start[e]) + to_double(rho[e]) * row_sum(links, e, radiosity) -
-               to_double(radiosity[e]);
+      // Energy correction: the indirect part I = B - B0 is scaled by s so that what it and the
+      // first bounce bring balances what it holds, sum A (rho K (B0 + s I) - s I) = 0. A factor
+      // leaves dark rooms dark, where an added constant would light them.
+      for (ElementId e = 0; e < count; ++e) indirect[e] = radiosity[e] - start[e];
+      const Rgbd held = area_sum(elements, [&](ElementId e) {
+        return to_double(indirect[e]) - to_double(rho[e]) * row_sum(links, e, indirect);
       });
-      const Rgb c = to_float(divide(imbalance, response));
-      for (ElementId e = 0; e < count; ++e) radiosity[e] += rho[e] * c;
+      const Rgbd scale = correction(first_bounce, held);
+      for (ElementId e = 0; e < count; ++e) {
+        radiosity[e] = start[e] + indirect[e] * to_float(scale);
+      }
       statistics.iterations = iteration;
       const Rgbd relative = divide(change, size);
-      const Rgbd balance = divide(imbalance, size);
+      const Rgbd off = scale - Rgbd{1, 1, 1};
       statistics.residual =
-          std::max(relative.max(),
-                   std::max({std::fabs(balance.r), std::fabs(balance.g), std::fabs(balance.b)}));
+          std::max({relative.max(), std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
       if (statistics.residual < options.tolerance) break;
     }
     for (ElementId e = 0; e < count; ++e) gathered[e] = to_float(row_sum(links, e, radiosity));

@@ -14,9 +14,12 @@
 #include <string>
 #include <vector>
 
+#include "core/accuracy/path_tracer.h"
 #include "core/base/bytes.h"
+#include "core/base/random.h"
 #include "core/image/codecs.h"
 #include "core/lightmap/look_up.h"
+#include "core/lightmap/texel_points.h"
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/light_stage.h"
 
@@ -168,6 +171,42 @@ int main(int argc, char** argv) {
         100 * std::fabs(errors[used / 2]) / (mean / n),
         100 * std::fabs(errors[used * 95 / 100]) / (mean / n), 100 * worst, 100 * tolerance,
         points.size() < 20 && worst > tolerance ? "  <-- MISSED" : "");
+  }
+  if (option.contains("--worst")) {
+    // The texels that differ most from path tracing, among some at random.
+    const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
+    struct Row {
+      double off;
+      Rgb got;
+      Rgbd want;
+      Vec3f at;
+      std::uint32_t triangle;
+    };
+    std::vector<Row> rows;
+    Random random(5);
+    for (int k = 0; k < 1500; ++k) {
+      const auto t = random.below(places->texels.texels.size());
+      const auto pts = lightmap::texel_points(places->texels, places->texels.texels[t]);
+      std::vector<accuracy::SurfacePoint> surface;
+      for (std::uint32_t i = 0; i < pts.count; ++i) {
+        const auto q = atlas::point_at(places->layout, pts.point[i].triangle, pts.point[i].at);
+        surface.push_back({q.triangle, q.u, q.v, false});
+      }
+      const auto sum = tracer.irradiance(surface, 512, random.next_u64());
+      const Rgb got = bake->baked.irradiance[t];
+      const auto frame = optics::surface_frame(*p.scene, surface[0].triangle, surface[0].u,
+                                               surface[0].v, false, 0);
+      rows.push_back({std::fabs(static_cast<double>(got.sum()) - sum.irradiance.sum()), got,
+                      sum.irradiance, frame.position, surface[0].triangle});
+    }
+    std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.off > b.off; });
+    for (std::size_t k = 0; k < static_cast<std::size_t>(number("--worst", 10)); ++k) {
+      const Row& r = rows[k];
+      std::printf("  off %9.4g got %9.4g want %9.4g at %7.3f %7.3f %7.3f %s\n", r.off,
+                  static_cast<double>(r.got.g), r.want.g, static_cast<double>(r.at.x),
+                  static_cast<double>(r.at.y), static_cast<double>(r.at.z),
+                  p.scene->objects[p.scene->triangles[r.triangle].object].name.c_str());
+    }
   }
   if (option.contains("--picture")) {
     for (std::size_t i = 0; i < pages.size(); ++i) {

@@ -23,11 +23,13 @@ struct Bench {
         sources(kit.scene(), kit.optics(), {}),
         direct(kit.optics(), kit.caster(), sources),
         elements(kit.scene(), kit.tree(), kit.optics(), {edge, 4'000'000}),
-        input{kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky} {}
+        lookup(kit.scene(), kit.caster(), elements, direct.lift()),
+        input{kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky, lookup} {}
   optics::Environment sky;
   LightSources sources;
   DirectLight direct;
   Elements elements;
+  ElementLookup lookup;
   SolverInput input;
 
   /// Mean and largest relative deviation of the irradiance from a value, by area.

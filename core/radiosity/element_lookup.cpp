@@ -1,0 +1,65 @@
+#include "core/radiosity/element_lookup.h"
+
+#include <numeric>
+
+#include "core/base/parallel.h"
+#include "core/optics/surface_frame.h"
+
+namespace lightbatch::radiosity {
+namespace {
+
+/// Sight lines run this share of an element's edge above the surface: low enough to meet what
+/// stands on it, high enough to pass over the surface's own roughness.
+constexpr float kSightHeight = 0.02f;
+
+/// Points of a cell that should see each other: near its four corners.
+constexpr float kSpread[4][2] = {{0.04f, 0.04f}, {0.96f, 0.04f}, {0.04f, 0.96f}, {0.9f, 0.9f}};
+
+}  // namespace
+
+ElementLookup::ElementLookup(const scene::Scene& scene, const rays::Caster& caster,
+                             const Elements& elements, float lift)
+    : scene_(&scene),
+      caster_(&caster),
+      elements_(&elements),
+      lift_(lift),
+      split_(elements.count(), 0) {
+  constexpr std::size_t kGrain = 1024;
+  parallel_for(elements.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto e = static_cast<ElementId>(i);
+      if (!elements.is_cell(e)) continue;
+      ElementPoint p[4];
+      for (std::size_t k = 0; k < 4; ++k) p[k] = elements.point(e, kSpread[k][0], kSpread[k][1]);
+      const bool back = elements.is_back(e);
+      const bool whole = sees(p[0], p[1], back) && sees(p[0], p[2], back) &&
+                         sees(p[1], p[2], back) && sees(p[0], p[3], back);
+      split_[i] = whole ? 0 : 1;
+    }
+  });
+  split_count_ = static_cast<std::uint64_t>(std::accumulate(split_.begin(), split_.end(), 0u));
+}
+
+bool ElementLookup::sees(const ElementPoint& from, const ElementPoint& to, bool back) const {
+  const float height = lift_ + kSightHeight * static_cast<float>(elements_->edge());
+  const auto a = optics::surface_frame(*scene_, from.triangle, from.u, from.v, back, height);
+  const auto b = optics::surface_frame(*scene_, to.triangle, to.u, to.v, back, height);
+  return !caster_->occluded({a.origin, b.origin - a.origin, 0.0f, 1.0f}, from.triangle,
+                            to.triangle);
+}
+
+ElementId ElementLookup::at(const rays::Hit& hit) const {
+  const ElementId e = elements_->at(hit.triangle, hit.u, hit.v, hit.back);
+  if (e == kNoElement || split_[e] == 0) return e;
+  const ElementPoint here{hit.triangle, hit.u, hit.v};
+  ElementId neighbours[8];
+  const std::size_t count = elements_->neighbours(e, neighbours);
+  for (std::size_t k = 0; k < count; ++k) {
+    const ElementId n = neighbours[k];
+    if (split_[n] != 0) continue;
+    if (sees(here, elements_->point(n, 0.5f, 0.5f), hit.back)) return n;
+  }
+  return e;
+}
+
+}  // namespace lightbatch::radiosity

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "core/radiosity/elements.h"
+#include "core/rays/caster.h"
+
+namespace lightbatch::radiosity {
+
+/// Which element a ray that lands on a surface reads. Some cells lie under a wall that stands on
+/// them: half in one room, half in another, and their mean belongs to neither. A hit on such a
+/// split cell reads a whole neighbour that the hit point sees along the surface, so that no light
+/// leaks under walls. Immutable; thread-safe.
+class ElementLookup {
+ public:
+  ElementLookup(const scene::Scene& scene, const rays::Caster& caster, const Elements& elements,
+                float lift);
+
+  /// kNoElement for backs of one-sided faces.
+  ElementId at(const rays::Hit& hit) const;
+
+  std::uint64_t split_cells() const { return split_count_; }
+
+ private:
+  bool sees(const ElementPoint& from, const ElementPoint& to, bool back) const;
+
+  const scene::Scene* scene_;
+  const rays::Caster* caster_;
+  const Elements* elements_;
+  float lift_ = 0;
+  std::vector<std::uint8_t> split_;  // per element
+  std::uint64_t split_count_ = 0;
+};
+
+}  // namespace lightbatch::radiosity
