@@ -21,15 +21,15 @@ struct Compressed {
   int position_id = 0;
 };
 
-Compressed compress(int n, bool edgebreaker) {
+Compressed compress(int n, bool edgebreaker, float height = 0.1f) {
   draco::TriangleSoupMeshBuilder builder;
   builder.Start(2 * n * n);
   const int position =
       builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
-  const auto at = [n](int x, int y) {
+  const auto at = [n, height](int x, int y) {
     const float u = static_cast<float>(x) / static_cast<float>(n);
     const float v = static_cast<float>(y) / static_cast<float>(n);
-    return std::array<float, 3>{u, v, 0.1f * std::sin(7 * u) * std::cos(5 * v)};
+    return std::array<float, 3>{u, v, height * std::sin(7 * u) * std::cos(5 * v)};
   };
   std::uint32_t face = 0;
   for (int y = 0; y < n; ++y) {
@@ -46,6 +46,7 @@ Compressed compress(int n, bool edgebreaker) {
   encoder.SetEncodingMethod(edgebreaker ? draco::MESH_EDGEBREAKER_ENCODING
                                         : draco::MESH_SEQUENTIAL_ENCODING);
   encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, 14);
+  if (height == 0) encoder.SetSpeedOptions(0, 0);
   draco::EncoderBuffer buffer;
   EXPECT_TRUE(encoder.EncodeMeshToBuffer(*mesh, &buffer).ok());
   Compressed result;
@@ -101,6 +102,14 @@ TEST(Draco, DecodesToPlainGltf) {
     }
     EXPECT_NEAR(area, 1.0, 1e-3);  // the grid's shadow is the unit square, winding kept
   }
+}
+
+TEST(Draco, FlatGridsMayTakeLessThanABytePerHundredFaces) {
+  // 129 cells divide the 2^14 - 1 steps of the quantisation: every prediction is exact.
+  const Compressed mesh = compress(129, true, 0.0f);
+  EXPECT_GT(mesh.faces, 60 * mesh.stream.size());
+  const auto document = scene_of(mesh).read();
+  EXPECT_TRUE(document.ok()) << document.status().to_string();
 }
 
 TEST(Draco, CountsAreReadWithoutDecoding) {

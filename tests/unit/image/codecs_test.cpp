@@ -2,6 +2,7 @@
 
 // clang-format off
 #include <gtest/gtest.h>
+#include <png.h>
 #include <webp/encode.h>
 
 #include <algorithm>
@@ -149,6 +150,81 @@ TEST(Jpeg, DecodesCloseToTheOriginal) {
     const int expected = i % 4 == 3 ? 255 : image.rgba[i];
     EXPECT_NEAR(decoded->rgba[i], expected, 6) << i;
   }
+}
+
+TEST(Size, IsReadFromHeadersAlone) {
+  const Image8 image = test_image(37, 19);
+  for (const Bytes& bytes : {encode_png(image, true), jpeg_of(image), webp_of(image)}) {
+    // A cut file still has its size, as long as the header is there.
+    const auto size = read_image8_size(std::span(bytes).first(bytes.size() * 3 / 4), "x");
+    ASSERT_TRUE(size.ok()) << size.status().to_string();
+    EXPECT_EQ(size->width, 37);
+    EXPECT_EQ(size->height, 19);
+    EXPECT_EQ(size->pixels(), 37u * 19u);
+    for (std::size_t cut = 0; cut < 12; ++cut) {
+      EXPECT_FALSE(read_image8_size(std::span(bytes).first(cut), "x").ok());
+    }
+  }
+  EXPECT_FALSE(read_image8_size(as_bytes("GIF89a"), "x").ok());
+}
+
+/// Writes a PNG of the colour type and depth given; `rows` as libpng wants them.
+Bytes raw_png(int width, int height, int depth, int type, bool interlaced,
+              std::vector<std::vector<png_byte>> rows) {
+  Bytes bytes;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_set_write_fn(
+      png, &bytes,
+      [](png_structp writer, png_bytep data, std::size_t count) {
+        auto* out = static_cast<Bytes*>(png_get_io_ptr(writer));
+        const auto* first = reinterpret_cast<const std::byte*>(data);
+        out->insert(out->end(), first, first + count);
+      },
+      nullptr);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), depth,
+               type, interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  const png_color palette[2] = {{10, 20, 30}, {40, 50, 60}};
+  if (type == PNG_COLOR_TYPE_PALETTE) png_set_PLTE(png, info, palette, 2);
+  png_set_gAMA(png, info, 0.2);  // must be ignored
+  png_write_info(png, info);
+  std::vector<png_bytep> pointers;
+  for (auto& row : rows) pointers.push_back(row.data());
+  png_write_image(png, pointers.data());
+  png_write_end(png, nullptr);
+  png_destroy_write_struct(&png, &info);
+  return bytes;
+}
+
+TEST(Png, EveryKindBecomesRgba) {
+  const auto pixel = [](const Bytes& bytes, int x, int y) {
+    const auto image = decode_image8(bytes, "x.png");
+    EXPECT_TRUE(image.ok()) << image.status().to_string();
+    if (!image.ok()) return std::vector<int>{};
+    const std::uint8_t* p = image->pixel(x, y);
+    return std::vector<int>{p[0], p[1], p[2], p[3]};
+  };
+  const Bytes grey = raw_png(2, 1, 8, PNG_COLOR_TYPE_GRAY, false, {{7, 200}});
+  EXPECT_EQ(pixel(grey, 1, 0), (std::vector<int>{200, 200, 200, 255}));
+  const Bytes bits = raw_png(2, 1, 1, PNG_COLOR_TYPE_GRAY, false, {{0x40}});
+  EXPECT_EQ(pixel(bits, 0, 0), (std::vector<int>{0, 0, 0, 255}));
+  EXPECT_EQ(pixel(bits, 1, 0), (std::vector<int>{255, 255, 255, 255}));
+  const Bytes palette = raw_png(2, 1, 1, PNG_COLOR_TYPE_PALETTE, false, {{0x40}});
+  EXPECT_EQ(pixel(palette, 1, 0), (std::vector<int>{40, 50, 60, 255}));
+  const Bytes deep =
+      raw_png(1, 1, 16, PNG_COLOR_TYPE_GRAY_ALPHA, false, {{0x80, 0x80, 0xff, 0xff}});
+  EXPECT_EQ(pixel(deep, 0, 0), (std::vector<int>{128, 128, 128, 255}));
+  std::vector<std::vector<png_byte>> rows;
+  for (int y = 0; y < 9; ++y) {
+    rows.emplace_back();
+    for (int x = 0; x < 11; ++x) {
+      for (const int value : {x, y, x + y}) rows.back().push_back(static_cast<png_byte>(value));
+    }
+  }
+  const Bytes interlaced = raw_png(11, 9, 8, PNG_COLOR_TYPE_RGB, true, rows);
+  EXPECT_EQ(pixel(interlaced, 10, 8), (std::vector<int>{10, 8, 18, 255}));
+  EXPECT_EQ(pixel(interlaced, 3, 5), (std::vector<int>{3, 5, 8, 255}));
 }
 
 TEST(Jpeg, TruncationIsRefused) {
