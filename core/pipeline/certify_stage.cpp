@@ -13,6 +13,8 @@ namespace {
 /// Texels drawn for judging; the certificate uses a prefix.
 constexpr std::size_t kProbes = 2000;
 constexpr std::size_t kPointsPerProbe = 256;
+constexpr double kFewestPaths = 3e4;
+constexpr double kMostPaths = 2e6;
 
 /// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
 /// shuffled.
@@ -68,6 +70,28 @@ double mean_of_map(const LightmapPlaces& places, const LightBake& light) {
   return area > 0 ? sum / area : 0;
 }
 
+/// Bounces that a path takes on average, 1 / (1 - rho) with the area mean of rho.
+double mean_bounces(const Prepared& p) {
+  double reflected = 0, area = 0;
+  for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
+    const auto c = p.scene->corners(i);
+    const double a = length(cross(to_double(c[1] - c[0]), to_double(c[2] - c[0])));
+    reflected += a * static_cast<double>(p.optics->reflectance(i, 1.0f / 3, 1.0f / 3).max());
+    area += a;
+  }
+  return area > 0 ? 1.0 / std::max(1e-3, 1.0 - reflected / area) : 1.0;
+}
+
+/// Paths that cost about a quarter of the rays that the bake itself cast.
+std::uint64_t path_budget(const Prepared& p, const LightBake& light) {
+  radiosity::RayCounts rays = light.baked.counts.rays;
+  rays += light.radiosity.rays;
+  const double cast =
+      static_cast<double>(rays.hemisphere + rays.punctual_shadow + rays.emitter_shadow);
+  return static_cast<std::uint64_t>(
+      std::clamp(0.25 * cast / (1.0 + mean_bounces(p)), kFewestPaths, kMostPaths));
+}
+
 }  // namespace
 
 Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared& p,
@@ -80,6 +104,7 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
   accuracy::CertificateOptions certificate_options;
   certificate_options.target = p.target_error;
   certificate_options.seed = item_seed(options.seed, 1, 32);
+  certificate_options.max_paths = path_budget(p, light);
   certificate_options.map_mean = mean_of_map(places, light);
   auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
   clock.stop();
@@ -102,8 +127,7 @@ Result<double> certify_price(const JobOptions& options, const Prepared& p,
       const accuracy::Certificate run,
       accuracy::certify(tracer, draw_probes(places, light, options.seed), small, progress));
   if (run.paths == 0) return 0.0;
-  const double paths = std::min(static_cast<double>(accuracy::CertificateOptions{}.max_paths),
-                                kPathsAtTwoPercent * std::pow(0.02 / target, 1.5));
+  const double paths = std::min(kMostPaths, kPathsAtTwoPercent * std::pow(0.02 / target, 1.5));
   return clock.seconds() * paths / static_cast<double>(run.paths);
 }
 
