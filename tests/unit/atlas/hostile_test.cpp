@@ -56,7 +56,7 @@ TEST(HostileScenes, OneHugeAmongManyTiny) {
   const Layout automatic = lay_out(b.scene, 0, 1024);
   double texels = 0;
   for (const Page& p : automatic.pages) texels += p.width * p.height;
-  EXPECT_LE(texels, 1.1 * 524288);
+  EXPECT_LE(texels, 1.1 * LayoutOptions{}.default_texels);
 }
 
 TEST(HostileScenes, NonManifoldFans) {
@@ -168,7 +168,7 @@ TEST(HostileScenes, AnyUnitOfLength) {
     const Layout layout = lay_out(b.scene, 0);
     ASSERT_EQ(layout.pages.size(), 1u);
     const double texels = layout.pages[0].width * layout.pages[0].height;
-    EXPECT_NEAR(texels, 524288, 0.1 * 524288);
+    EXPECT_NEAR(texels, LayoutOptions{}.default_texels, 0.1 * LayoutOptions{}.default_texels);
     EXPECT_LE(layout.out_of_density_area, 0.001);
     // The same scene in other units: the same charts.
     EXPECT_NEAR(static_cast<double>(layout.charts.size()), 18, 12);
