@@ -14,7 +14,7 @@ namespace lightbatch::atlas {
 struct LayoutOptions {
   /// Asked density; 0: chosen so that all pages together hold about `default_texels`.
   double texels_per_metre = 0;
-  double default_texels = 262144;
+  double default_texels = 524288;
   /// Hard limit on texels in all pages: a larger ask is lowered to it (and said in the layout).
   double max_texels = 64e6;
   int page_size = 2048;  // largest page edge in texels, 64..8192

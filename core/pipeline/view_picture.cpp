@@ -123,8 +123,10 @@ Camera choose(const Prepared& p) {
   return look(centre + away * (reach / 0.55), -away, 0.5);
 }
 
+/// surface: whether the ray met any.
 Rgb shade(const Prepared& p, const atlas::Layout& layout,
-          const std::vector<lightmap::PageImage>& pages, const Vec3d& eye, const Vec3d& direction) {
+          const std::vector<lightmap::PageImage>& pages, const Vec3d& eye, const Vec3d& direction,
+          bool& surface) {
   Rgb colour{}, weight{1, 1, 1};
   rays::Ray ray{to_float(eye), to_float(direction)};
   std::uint32_t exclude = rays::kNoTriangle;
@@ -132,6 +134,7 @@ Rgb shade(const Prepared& p, const atlas::Layout& layout,
     optics::ClosestFilter filter(*p.optics);
     const rays::Hit hit = p.caster->closest(ray, exclude, &filter);
     if (!hit.found()) return colour + weight * p.sky.radiance(to_float(direction));
+    surface = true;
     if (!hit.back || p.optics->double_sided(hit.triangle)) {
       const scene::Material& m = p.scene->material_of(hit.triangle);
       const Rgb rho = p.optics->reflectance(hit.triangle, hit.u, hit.v);
@@ -161,33 +164,41 @@ image::Image8 view_picture(const Prepared& p, const atlas::Layout& layout,
   const Camera camera = choose(p);
   const double aspect = static_cast<double>(width) / height;
   image::ImageRgb picture(width, height);
+  std::vector<std::uint8_t> surface(picture.pixels.size(), 0);
   constexpr int kSamples = 4;
   parallel_for(static_cast<std::size_t>(height), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
       for (int x = 0; x < width; ++x) {
         Rgbd sum;
+        bool met = false;
         for (int s = 0; s < kSamples; ++s) {
           const double dx = x + (s & 1 ? 0.625 : 0.125) + (s & 2 ? 0.25 : 0.0);
           const double dy = static_cast<double>(y) + (s & 2 ? 0.625 : 0.125) + (s & 1 ? 0.25 : 0.0);
           const double u = (2 * dx / width - 1) * aspect * camera.half_height;
           const double v = (1 - 2 * dy / height) * camera.half_height;
-          sum += to_double(shade(p, layout, pages, camera.eye,
-                                 normalized(camera.forward + camera.right * u + camera.up * v)));
+          sum +=
+              to_double(shade(p, layout, pages, camera.eye,
+                              normalized(camera.forward + camera.right * u + camera.up * v), met));
         }
         picture.at(x, static_cast<int>(y)) = to_float(sum / static_cast<double>(kSamples));
+        surface[y * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = met ? 1 : 0;
       }
     }
   });
-  // Exposure: the geometric mean of what is not black maps to a middle grey.
-  double logs = 0, count = 0;
-  for (const Rgb& c : picture.pixels) {
-    const double l = static_cast<double>(luminance(c));
-    if (l > 0) {
-      logs += std::log(l);
-      ++count;
-    }
+  // Exposure: half way (on a log scale) between the median and the bright tenth of the surfaces
+  // maps to a light grey.
+  std::vector<float> values;
+  for (std::size_t i = 0; i < surface.size(); ++i) {
+    const float l = luminance(picture.pixels[i]);
+    if (surface[i] != 0 && l > 0) values.push_back(l);
   }
-  const float exposure = count > 0 ? static_cast<float>(0.22 / std::exp(logs / count)) : 1.0f;
+  float exposure = 1;
+  if (!values.empty()) {
+    std::sort(values.begin(), values.end());
+    const float middle = values[values.size() / 2];
+    const float bright = values[values.size() * 9 / 10];
+    exposure = 0.4f / std::sqrt(middle * bright);
+  }
   image::Image8 out{width, height, {}};
   out.rgba.resize(4 * picture.pixels.size());
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
