@@ -160,9 +160,8 @@ class DirectMap {
           const OwenSobol2 shift(
               static_cast<std::uint32_t>(item_seed(input_.seed, t, 300 + 16 * l + i)));
           for (std::uint32_t round = 0; round < static_cast<std::uint32_t>(extra); ++round) {
-            const Vec2f by = shift.point(round);
-            TexelPoints::Point moved = points.point[i];
-            moved.at = moved.at + Vec2f{(by.x - 0.5f) * 0.25f, (by.y - 0.5f) * 0.25f};
+            const TexelPoints::Point moved =
+                moved_within(input_.layout, points.point[i], shift.point(round));
             arrives(receiver_at(input_.scene, input_.layout, moved, lift), sum, dark, lit);
           }
         }

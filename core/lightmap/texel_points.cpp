@@ -63,6 +63,19 @@ TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel&
   return {best->triangle, fragments.size() == 1 ? best->centroid : centre};
 }
 
+TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::Point& point,
+                                Vec2f by) {
+  TexelPoints::Point moved = point;
+  moved.at = moved.at + Vec2f{(by.x - 0.5f) * 0.25f, (by.y - 0.5f) * 0.25f};
+  const auto& uv = layout.uv[point.triangle];
+  const float whole = cross(uv[1] - uv[0], uv[2] - uv[0]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float part = cross(uv[(k + 1) % 3] - uv[k], moved.at - uv[k]);
+    if (part * whole <= 0) return point;
+  }
+  return moved;
+}
+
 radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,
                                 const TexelPoints::Point& point, float lift) {
   const atlas::SurfacePoint p = atlas::point_at(layout, point.triangle, point.at);

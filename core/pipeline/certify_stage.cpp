@@ -43,9 +43,8 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
     // by where they run and not by the baker's own pattern.
     const auto points = lightmap::texel_points(places.texels, texels[t]);
     for (std::size_t i = 0; i < kPointsPerProbe; ++i) {
-      auto moved = points.point[i % points.count];
-      moved.at = moved.at +
-                 Vec2f{(random.next_float() - 0.5f) * 0.25f, (random.next_float() - 0.5f) * 0.25f};
+      const auto moved = lightmap::moved_within(places.layout, points.point[i % points.count],
+                                                {random.next_float(), random.next_float()});
       const auto q = atlas::point_at(places.layout, moved.triangle, moved.at);
       probe.points.push_back({q.triangle, q.u, q.v, false});
     }

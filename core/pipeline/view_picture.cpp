@@ -33,6 +33,11 @@ float depth_along(const Prepared& p, const Vec3d& eye, const Vec3d& direction) {
   return hit.found() ? hit.t : std::numeric_limits<float>::infinity();
 }
 
+/// Looking out of the scene is no view of it.
+double bounded(double diagonal, double depth) {
+  return std::isfinite(depth) ? std::min(diagonal, depth) : 0.01 * diagonal;
+}
+
 /// A standing point and direction with an open but bounded view; false when the scene is no room.
 bool find_inside(const Prepared& p, Camera& camera) {
   const auto eyes = batches::standing_eyes(*p.scene, {}, 24, 0);
@@ -52,7 +57,7 @@ bool find_inside(const Prepared& p, Camera& camera) {
         for (int i = 0; i < kSide; ++i) {
           const double x = (2.0 * i / (kSide - 1) - 1) * 1.5 * trial.half_height;
           const double y = (2.0 * j / (kSide - 1) - 1) * trial.half_height;
-          const double depth = std::min(
+          const double depth = bounded(
               diagonal, static_cast<double>(depth_along(
                             p, eye, normalized(trial.forward + trial.right * x + trial.up * y))));
           openness += std::log(depth / diagonal + 1e-3);
