@@ -8,8 +8,9 @@
 
 namespace lightbatch::gltf {
 
-/// Animations and skins: sampler indices, accessor types and counts.
-Status check_animations(const Document& document, const JsonPath& root);
-Status check_skins(const Document& document, const JsonPath& root);
+/// Animations, which lightbatch passes on: samplers and targets exist, accessors have the type and
+/// count that the target's property asks for, no property is animated twice.
+Status check_animations(const Document& document, const JsonPath& root,
+                        std::vector<std::string>& warnings);
 
 }  // namespace lightbatch::gltf

@@ -1,10 +1,10 @@
 #include "core/gltf/check_meshes.h"
 
-#include <array>
 #include <map>
 #include <optional>
 #include <string_view>
 
+#include "core/gltf/attribute_formats.h"
 #include "core/gltf/elements.h"
 #include "core/gltf/fields.h"
 #include "core/gltf/layout.h"
@@ -12,34 +12,6 @@
 
 namespace lightbatch::gltf {
 namespace {
-
-constexpr std::uint32_t kFloat = 5126;
-
-struct Semantic {
-  std::string_view name;  // without its set number
-  bool numbered;
-  std::uint32_t least_components;
-  std::uint32_t most_components;
-};
-constexpr std::array<Semantic, 7> kSemantics = {{{"POSITION", false, 3, 3},
-                                                 {"NORMAL", false, 3, 3},
-                                                 {"TANGENT", false, 4, 4},
-                                                 {"TEXCOORD", true, 2, 2},
-                                                 {"COLOR", true, 3, 4},
-                                                 {"JOINTS", true, 4, 4},
-                                                 {"WEIGHTS", true, 4, 4}}};
-
-/// nullptr for names that start with an underscore (application specific) and for unknown ones.
-const Semantic* semantic_of(std::string_view name) {
-  for (const Semantic& semantic : kSemantics) {
-    if (!semantic.numbered && name == semantic.name) return &semantic;
-    if (semantic.numbered && name.size() > semantic.name.size() + 1 &&
-        name.starts_with(semantic.name) && name[semantic.name.size()] == '_') {
-      return &semantic;
-    }
-  }
-  return nullptr;
-}
 
 class MeshCheck {
  public:
@@ -55,6 +27,8 @@ class MeshCheck {
       if (name == "KHR_mesh_quantization") quantized_ = true;
     }
   }
+
+  std::uint64_t unbounded() const { return unbounded_; }
 
   Status check_mesh(const Json& mesh, const JsonPath& path) {
     const Json& primitives = mesh["primitives"];
@@ -76,7 +50,7 @@ class MeshCheck {
  private:
   /// Type and count of one attribute; *count is set by the first and compared by the others.
   Status check_attribute(const std::string& name, std::uint32_t accessor, bool target,
-                         const JsonPath& path, std::optional<std::uint64_t>& count) const {
+                         const JsonPath& path, std::optional<std::uint64_t>& count) {
     const std::optional<Layout> layout = layout_of(accessors_[accessor]);
     if (!layout) return malformed(path.text(), "the accessor has an unknown type");
     if (count && *count != layout->count) {
@@ -85,20 +59,21 @@ class MeshCheck {
     }
     count = layout->count;
     LB_RETURN_IF_ERROR(check_data(document_, accessor, path));
-    const Semantic* semantic = semantic_of(name);
-    if (semantic == nullptr) return {};
-    const bool target_tangent = target && name == "TANGENT";
-    const std::uint32_t least = target_tangent ? 3 : semantic->least_components;
-    const std::uint32_t most = target_tangent ? 3 : semantic->most_components;
-    if (layout->rows != layout->components || layout->components < least ||
-        layout->components > most) {
-      return malformed(path.text(), name + " has the wrong type");
+    switch (check_attribute_format(name, *layout, target, quantized_)) {
+      case AttributeFault::kNone:
+        return {};
+      case AttributeFault::kUnknownName:
+        warnings_.push_back(path.text() + ": unknown attribute");
+        return {};
+      case AttributeFault::kWrongType:
+        return malformed(path.text(), "the accessor has the wrong type");
+      case AttributeFault::kWrongComponents:
+        return malformed(path.text(), "the accessor has the wrong component type");
+      case AttributeFault::kNeedsQuantization:
+        break;
     }
-    const bool geometric = name == "POSITION" || name == "NORMAL" || name == "TANGENT";
-    if (layout->component_type != kFloat && geometric && !quantized_) {
-      return malformed(path.text(), name + " is not of floats, and KHR_mesh_quantization not used");
-    }
-    return {};
+    return malformed(path.text(),
+                     "the component type needs KHR_mesh_quantization, which is not listed as used");
   }
 
   Status check_primitive(const Json& primitive, const JsonPath& path) {
@@ -109,6 +84,8 @@ class MeshCheck {
     if (const auto position = attributes.find("POSITION"); position != attributes.end()) {
       LB_RETURN_IF_ERROR(check_attribute("POSITION", position->get<std::uint32_t>(), false,
                                          JsonPath(attribute_path, "POSITION"), count));
+      const Json& accessor = accessors_[position->get<std::size_t>()];
+      if (!accessor.contains("min") || !accessor.contains("max")) ++unbounded_;
     } else {
       warnings_.push_back(path.text() + ": has no POSITION; nothing is drawn");
     }
@@ -117,6 +94,7 @@ class MeshCheck {
                                          JsonPath(attribute_path, name), count));
     }
     LB_RETURN_IF_ERROR(check_targets(primitive, path, count));
+    LB_RETURN_IF_ERROR(check_sets(attributes, attribute_path));
     LB_RETURN_IF_ERROR(check_indices(primitive, path, *count));
     const std::uint32_t material = index_field(primitive, "material");
     if (material == kAbsent) return {};
@@ -130,14 +108,37 @@ class MeshCheck {
   }
 
   Status check_targets(const Json& primitive, const JsonPath& path,
-                       std::optional<std::uint64_t>& count) const {
+                       std::optional<std::uint64_t>& count) {
     const JsonPath list(path, "targets");
     const Json& targets = list_field(primitive, "targets");
     for (std::size_t i = 0; i < targets.size(); ++i) {
       const JsonPath target(list, i);
       for (const auto& [name, accessor] : targets[i].items()) {
+        if (!primitive["attributes"].contains(name)) {
+          return malformed(JsonPath(target, name).text(), "the primitive has no such attribute");
+        }
         LB_RETURN_IF_ERROR(check_attribute(name, accessor.get<std::uint32_t>(), true,
                                            JsonPath(target, name), count));
+      }
+    }
+    return {};
+  }
+
+  /// Numbered attributes: JOINTS_n and WEIGHTS_n come in pairs; sets without gaps are only asked
+  /// for.
+  Status check_sets(const Json& attributes, const JsonPath& path) {
+    for (const auto& [name, accessor] : attributes.items()) {
+      const std::size_t underscore = name.rfind('_');
+      if (underscore == std::string::npos || underscore == 0) continue;
+      const std::string kind = name.substr(0, underscore);
+      const std::string number = name.substr(underscore + 1);
+      if ((kind == "JOINTS" && !attributes.contains("WEIGHTS_" + number)) ||
+          (kind == "WEIGHTS" && !attributes.contains("JOINTS_" + number))) {
+        return malformed(JsonPath(path, name).text(), "joints and weights come in pairs");
+      }
+      if (number == "1" && (kind == "TEXCOORD" || kind == "COLOR" || kind == "JOINTS") &&
+          !attributes.contains(kind + "_0")) {
+        warnings_.push_back(JsonPath(path, name).text() + ": there is no set 0 before it");
       }
     }
     return {};
@@ -181,6 +182,7 @@ class MeshCheck {
   std::uint64_t indices_left_;
   std::vector<std::string>& warnings_;
   bool quantized_ = false;
+  std::uint64_t unbounded_ = 0;  // primitives whose positions have no min and max
 };
 
 }  // namespace
@@ -192,6 +194,10 @@ Status check_meshes(const Document& document, const JsonPath& root, std::uint64_
   MeshCheck check(document, max_triangles, warnings);
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     LB_RETURN_IF_ERROR(check.check_mesh(meshes[i], JsonPath(list, i)));
+  }
+  if (check.unbounded() > 0) {
+    warnings.push_back(list.text() + ": positions without min and max in " +
+                       std::to_string(check.unbounded()) + " primitives");
   }
   return {};
 }

@@ -1,9 +1,17 @@
 #include "core/gltf/check_nodes.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
 #include "core/gltf/fields.h"
 
 namespace lightbatch::gltf {
 namespace {
+
+/// How far from unit length, or from a right angle, exporters' rounding may be.
+constexpr double kUnitTolerance = 1e-2;
 
 /// parents[i]: the node that lists i as its child, or kAbsent.
 Status find_parents(const Json& nodes, const JsonPath& list, std::vector<std::uint32_t>& parents) {
@@ -47,23 +55,65 @@ Status check_acyclic(const Json& nodes, const JsonPath& list,
   return {};
 }
 
-Status check_node(const Json& json, const Json& node, const JsonPath& path,
-                  std::vector<std::string>& warnings) {
+Status check_matrix(const Json& json, const JsonPath& path, std::vector<std::string>& warnings) {
+  const auto m = json.get<std::array<double, 16>>();
+  if (std::abs(m[3]) + std::abs(m[7]) + std::abs(m[11]) + std::abs(m[15] - 1) > 1e-5) {
+    return malformed(path.text(), "the matrix is not affine: its last row must be 0 0 0 1");
+  }
+  // Columns that are not at right angles: a shear, which no translation, rotation and scale gives.
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::size_t b = (a + 1) % 3;
+    double product = 0, length_a = 0, length_b = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      product += m[4 * a + i] * m[4 * b + i];
+      length_a += m[4 * a + i] * m[4 * a + i];
+      length_b += m[4 * b + i] * m[4 * b + i];
+    }
+    if (std::abs(product) > kUnitTolerance * std::sqrt(length_a * length_b)) {
+      warnings.push_back(path.text() + "/matrix: has a shear");
+      break;
+    }
+  }
+  return {};
+}
+
+/// Meshes with a primitive that no skin can move.
+std::vector<bool> find_jointless(const Json& json) {
+  std::vector<bool> jointless;
+  for (const Json& mesh : list_field(json, "meshes")) {
+    jointless.push_back(std::any_of(
+        mesh["primitives"].begin(), mesh["primitives"].end(),
+        [](const Json& primitive) { return !primitive["attributes"].contains("JOINTS_0"); }));
+  }
+  return jointless;
+}
+
+Status check_node(const Json& json, const Json& node, const std::vector<bool>& jointless,
+                  const JsonPath& path, std::vector<std::string>& warnings) {
   const bool decomposed =
       node.contains("translation") || node.contains("rotation") || node.contains("scale");
   if (node.contains("matrix")) {
     if (decomposed) {
       return malformed(path.text(), "has both a matrix and translation, rotation or scale");
     }
-    const Json& matrix = node["matrix"];
-    if (matrix[3] != 0 || matrix[7] != 0 || matrix[11] != 0 || matrix[15] != 1) {
-      return malformed(path.text(), "the matrix is not affine: its last row must be 0 0 0 1");
+    LB_RETURN_IF_ERROR(check_matrix(node["matrix"], path, warnings));
+  }
+  if (const auto rotation = node.find("rotation"); rotation != node.end()) {
+    double norm = 0;
+    for (const Json& part : *rotation) norm += part.get<double>() * part.get<double>();
+    if (std::abs(norm - 1) > kUnitTolerance) {
+      warnings.push_back(path.text() + "/rotation: is not of unit length; it is normalised");
     }
   }
-  if (node.contains("skin") && !node.contains("mesh")) {
-    warnings.push_back(path.text() + ": has a skin, but no mesh");
+  for (const char* name : {"skin", "weights"}) {
+    if (node.contains(name) && !node.contains("mesh")) {
+      return malformed(path.text(), std::string("has \"") + name + "\", but no mesh");
+    }
   }
-  if (node.contains("weights") && node.contains("mesh")) {
+  if (node.contains("skin") && jointless[node["mesh"].get<std::size_t>()]) {
+    return malformed(path.text(), "has a skin, but its mesh has no joints");
+  }
+  if (node.contains("weights")) {
     const Json& primitives = json["meshes"][node["mesh"].get<std::size_t>()]["primitives"];
     if (node["weights"].size() != list_field(primitives[0], "targets").size()) {
       return malformed(path.text(),
@@ -87,8 +137,9 @@ Status check_nodes(const Json& json, const JsonPath& root, std::uint64_t max_nod
   std::vector<std::uint32_t> parents(nodes.size(), kAbsent);
   LB_RETURN_IF_ERROR(find_parents(nodes, list, parents));
   LB_RETURN_IF_ERROR(check_acyclic(nodes, list, parents));
+  const std::vector<bool> jointless = find_jointless(json);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    LB_RETURN_IF_ERROR(check_node(json, nodes[i], JsonPath(list, i), warnings));
+    LB_RETURN_IF_ERROR(check_node(json, nodes[i], jointless, JsonPath(list, i), warnings));
   }
   const Json& scenes = list_field(json, "scenes");
   const JsonPath scene_list(root, "scenes");

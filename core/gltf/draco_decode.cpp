@@ -169,7 +169,7 @@ class Placer {
 }  // namespace
 
 Status decode_draco(Document& document, const JsonPath& root, std::uint64_t max_triangles,
-                    ResourceLoader& loader) {
+                    ResourceLoader& loader, std::vector<std::uint32_t>& decoded_accessors) {
   const auto meshes = document.json.find("meshes");
   if (meshes == document.json.end()) return {};
   Collector collector(document, max_triangles, loader);
@@ -207,10 +207,13 @@ Status decode_draco(Document& document, const JsonPath& root, std::uint64_t max_
     Json attributes = (*task.primitives.front())["attributes"];
     for (std::size_t i = 0; i < task.attributes.size(); ++i) {
       const DracoAttribute& attribute = task.attributes[i];
-      attributes[attribute.name] =
+      const std::size_t accessor =
           placer.place(task.outputs[i], attribute.stride, attribute.layout.element_bytes);
+      attributes[attribute.name] = accessor;
+      decoded_accessors.push_back(static_cast<std::uint32_t>(accessor));
     }
     const std::size_t indices = placer.place(task.index_output, 0, 0);
+    decoded_accessors.push_back(static_cast<std::uint32_t>(indices));
     for (Json* primitive : task.primitives) {
       (*primitive)["attributes"] = attributes;
       (*primitive)["indices"] = indices;

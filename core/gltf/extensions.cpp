@@ -64,7 +64,7 @@ Status check_required_extensions(const Json& json, const JsonPath& root,
                                           ", which is not supported");
     }
     if (!is_listed(used, name)) {
-      warnings.push_back(path.text() + ": " + name + " is required but not listed as used");
+      return malformed(path.text(), name.substr(0, 80) + " is required but not listed as used");
     }
   }
   if (is_listed(used, "KHR_mesh_quantization") && !is_listed(required, "KHR_mesh_quantization")) {

@@ -26,22 +26,6 @@ std::vector<bool> used_buffers(const Json& json) {
   return used;
 }
 
-/// Images that a texture, in whatever format, points at.
-std::vector<bool> used_images(const Json& json) {
-  std::vector<bool> used(list_field(json, "images").size(), false);
-  for (const Json& texture : list_field(json, "textures")) {
-    const std::uint32_t source = index_field(texture, "source");
-    if (source != kAbsent) used[source] = true;
-    for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"}) {
-      if (const Json* extension = extension_of(texture, name)) {
-        const std::uint32_t other = index_field(*extension, "source");
-        if (other != kAbsent) used[other] = true;
-      }
-    }
-  }
-  return used;
-}
-
 }  // namespace
 
 ResourceLoader::ResourceLoader(const FileMap& files, const std::string& main, std::uint64_t budget)
@@ -123,51 +107,6 @@ Status load_buffers(Document& document, const JsonPath& root, std::optional<Byte
     if (bytes.size() < length) {
       return malformed(path.text(), "the buffer says " + std::to_string(length) +
                                         " bytes, but has " + std::to_string(bytes.size()));
-    }
-  }
-  return {};
-}
-
-Status load_images(Document& document, const JsonPath& root, ResourceLoader& loader) {
-  const Json& images = list_field(document.json, "images");
-  const Json& views = list_field(document.json, "bufferViews");
-  const std::vector<bool> used = used_images(document.json);
-  document.images.resize(images.size());
-  const JsonPath list(root, "images");
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const JsonPath path(list, i);
-    const std::uint32_t view_index = index_field(images[i], "bufferView");
-    const auto uri = images[i].find("uri");
-    if (view_index != kAbsent) {
-      if (uri != images[i].end()) {
-        document.warnings.push_back(path.text() +
-                                    ": has both a uri and a bufferView; the view is used");
-      }
-      const Json& view = views[view_index];
-      const Bytes& buffer = document.buffers[view["buffer"].get<std::size_t>()];
-      const std::uint64_t length = unsigned_field(view, "byteLength");
-      if (buffer.size() < unsigned_field(view, "byteOffset") + length) {
-        document.warnings.push_back(path.text() + ": the image's buffer has no data");
-        continue;
-      }
-      const auto first =
-          buffer.begin() + static_cast<std::ptrdiff_t>(unsigned_field(view, "byteOffset"));
-      LB_RETURN_IF_ERROR(loader.spend(length, path.text()));
-      document.images[i].assign(first, first + static_cast<std::ptrdiff_t>(length));
-    } else if (uri != images[i].end()) {
-      const std::string& text = uri->get_ref<const std::string&>();
-      std::string media_type;
-      Result<Bytes> loaded = loader.load(text, JsonPath(path, "uri"), &media_type);
-      if (loaded.ok()) {
-        document.images[i] = std::move(loaded).value();
-        continue;
-      }
-      const Result<UriKind> kind = classify_uri(text, {});
-      if (used[i] || !kind.ok() || *kind != UriKind::kAbsolute) return loaded.status();
-      document.warnings.push_back(path.text() +
-                                  ": not loaded: nothing uses it, and its uri is not relative");
-    } else {
-      document.warnings.push_back(path.text() + ": the image has neither a uri nor a bufferView");
     }
   }
   return {};

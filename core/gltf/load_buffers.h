@@ -33,7 +33,4 @@ class ResourceLoader {
 Status load_buffers(Document& document, const JsonPath& root, std::optional<Bytes> binary, bool glb,
                     ResourceLoader& loader);
 
-/// Fills document.images with encoded bytes; to be called when buffers are in plain form.
-Status load_images(Document& document, const JsonPath& root, ResourceLoader& loader);
-
 }  // namespace lightbatch::gltf

@@ -6,6 +6,7 @@
 #include "core/gltf/check_cameras_lights.h"
 #include "core/gltf/check_meshes.h"
 #include "core/gltf/check_nodes.h"
+#include "core/gltf/check_skins.h"
 #include "core/gltf/check_version.h"
 #include "core/gltf/document.h"
 #include "core/gltf/draco_decode.h"
@@ -17,7 +18,9 @@
 #include "core/gltf/json_text.h"
 #include "core/gltf/layout.h"
 #include "core/gltf/load_buffers.h"
+#include "core/gltf/load_images.h"
 #include "core/gltf/meshopt_decode.h"
+#include "core/gltf/scan_values.h"
 #include "core/gltf/schema.h"
 
 namespace lightbatch::gltf {
@@ -73,7 +76,8 @@ Status unpack(Document& document, std::optional<Bytes> binary, bool glb, Resourc
 
   LB_RETURN_IF_ERROR(load_buffers(document, root, std::move(binary), glb, loader));
   LB_RETURN_IF_ERROR(decode_meshopt(document, root, loader));
-  LB_RETURN_IF_ERROR(decode_draco(document, root, limits.triangles, loader));
+  std::vector<std::uint32_t> decoded;
+  LB_RETURN_IF_ERROR(decode_draco(document, root, limits.triangles, loader, decoded));
   undeclare_extension(document.json, "EXT_meshopt_compression");
   undeclare_extension(document.json, "KHR_draco_mesh_compression");
 
@@ -81,9 +85,10 @@ Status unpack(Document& document, std::optional<Bytes> binary, bool glb, Resourc
   LB_RETURN_IF_ERROR(check_accessors(document.json, root, &zero_bytes, warnings));
   LB_RETURN_IF_ERROR(check_zero_bytes(zero_bytes, document, root));
   LB_RETURN_IF_ERROR(check_sparse_indices(document, 3 * limits.triangles));
+  LB_RETURN_IF_ERROR(scan_values(document, root, decoded, warnings));
   LB_RETURN_IF_ERROR(check_meshes(document, root, limits.triangles, warnings));
   LB_RETURN_IF_ERROR(check_instancing(document, root));
-  LB_RETURN_IF_ERROR(check_animations(document, root));
+  LB_RETURN_IF_ERROR(check_animations(document, root, warnings));
   LB_RETURN_IF_ERROR(check_skins(document, root));
   return load_images(document, root, loader);
 }

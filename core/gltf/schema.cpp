@@ -8,7 +8,9 @@
 namespace lightbatch::gltf {
 namespace {
 
+/// Lists that sit in an extension of the root.
 constexpr const char* kLightList = "lights";
+constexpr const char* kVariantList = "variants";
 
 class Checker {
  public:
@@ -43,11 +45,13 @@ class Checker {
 
   std::uint64_t list_size(const char* list) const {
     const Json* holder = &root_;
-    if (std::strcmp(list, kLightList) == 0) {
-      for (const char* name : {"extensions", "KHR_lights_punctual"}) {
-        const auto found = holder->find(name);
-        if (found == holder->end() || !found->is_object()) return 0;
-        holder = &*found;
+    const bool light = std::strcmp(list, kLightList) == 0;
+    if (light || std::strcmp(list, kVariantList) == 0) {
+      for (const char* name :
+           {"extensions", light ? "KHR_lights_punctual" : "KHR_materials_variants"}) {
+        const auto part = holder->find(name);
+        if (part == holder->end() || !part->is_object()) return 0;
+        holder = &*part;
       }
     }
     const auto found = holder->find(list);
@@ -217,8 +221,7 @@ class Checker {
         return malformed(here.text(), name + " does not belong on this object");
       }
       if (!declared_.contains(name)) {
-        if (known) return malformed(here.text(), name + " is not listed in extensionsUsed");
-        warn(here, name + " is not listed in extensionsUsed");
+        return malformed(here.text(), name.substr(0, 80) + " is not listed in extensionsUsed");
       }
       if (known && !value.is_object()) return malformed(here.text(), "must be an object");
       if (found != nullptr && found->schema != nullptr) {

@@ -58,7 +58,15 @@ struct ExtensionSchema {
 };
 
 extern const ObjectSchema kRootSchema;
+extern const ObjectSchema kNodeSchema;
+extern const ObjectSchema kMaterialSchema;
+extern const ObjectSchema kPrimitiveSchema;
+extern const ObjectSchema kTextureSchema;
 extern const ObjectSchema kTextureInfoSchema;
+extern const ObjectSchema kNormalTextureSchema;
+extern const ObjectSchema kBufferSchema;
+extern const ObjectSchema kBufferViewSchema;
+extern const ObjectSchema kChannelTargetSchema;
 std::span<const ExtensionSchema> extension_schemas();
 
 /// Checks the whole tree against the tables: types, required properties, empty lists, indices,

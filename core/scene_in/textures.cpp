@@ -122,6 +122,18 @@ scene::TextureSlot TextureReader::slot(const tinygltf::Value& owner, const char*
               place);
 }
 
+void TextureReader::warn_of_unreadable(const std::map<std::uint32_t, std::uint32_t>& wanted) {
+  for (std::uint32_t i = 0; i < document_.images.size(); ++i) {
+    if (wanted.contains(i)) continue;  // decoding will tell
+    const image::Format format = image::detect_format(document_.images[i]);
+    const bool known = format == image::Format::kPng || format == image::Format::kJpeg ||
+                       format == image::Format::kWebp;
+    if (!known) continue;
+    const auto size = image::read_image8_size(document_.images[i], place_of(i));
+    if (!size.ok()) warnings_.push_back("image passed on as it is: " + size.status().to_string());
+  }
+}
+
 void TextureReader::decode(scene::Scene& scene) {
   // glTF image index -> index into scene.images, or kNone when it cannot be decoded.
   std::map<std::uint32_t, std::uint32_t> wanted;
@@ -130,6 +142,7 @@ void TextureReader::decode(scene::Scene& scene) {
       if (slot->present()) wanted.emplace(slot->image, scene::kNone);
     }
   }
+  warn_of_unreadable(wanted);
   std::vector<std::uint32_t> order;
   std::uint64_t encoded_bytes = 0;
   for (const auto& [image, place] : wanted) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,6 +35,8 @@ class TextureReader {
                           const std::string& place);
   std::uint32_t image_of(const tinygltf::Texture& texture) const;
   std::string place_of(std::uint32_t image) const;
+  /// Images that light does not need are passed on; a broken header is worth a word all the same.
+  void warn_of_unreadable(const std::map<std::uint32_t, std::uint32_t>& wanted);
 
   const gltf::Document& document_;
   const tinygltf::Model& model_;

@@ -103,10 +103,24 @@ TEST(Accessor, ValuesThatAreNotFiniteAreNamed) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::size_t a = builder.accessor(std::vector<float>{1, 2, nan, 4}, "VEC2", 2);
   const auto document = builder.read();
+  ASSERT_FALSE(document.ok());
+  EXPECT_EQ(document.status().place(), "scene.glb#/accessors/" + std::to_string(a));
+}
+
+TEST(Accessor, BoundsAreHeldAgainstTheData) {
+  SceneBuilder builder;
+  builder.square();
+  const std::vector<float> values = {0.1f, 5, -2, 7};
+  const std::size_t a = builder.accessor(values, "VEC2", 2);
+  builder.bound(a, values, 2);
+  EXPECT_TRUE(builder.read()->warnings.empty());
+  builder.json["accessors"][a]["min"] = {-2.5, 5};
+  auto document = builder.read();
   ASSERT_TRUE(document.ok());
-  const auto values = read_values(*document, static_cast<std::uint32_t>(a));
-  ASSERT_FALSE(values.ok());
-  EXPECT_EQ(values.status().place(), "scene.glb#/accessors/2");
+  ASSERT_EQ(document->warnings.size(), 1u);
+  EXPECT_NE(document->warnings[0].find("/accessors/2/min"), std::string::npos);
+  builder.json["accessors"][a]["min"] = {-2};
+  EXPECT_EQ(builder.read().status().place(), "scene.glb#/accessors/2/min");
 }
 
 TEST(Accessor, IndicesOfEveryWidth) {

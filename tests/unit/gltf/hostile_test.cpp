@@ -25,6 +25,15 @@ void use(Json& json, const char* extension, bool required = false) {
   if (required) json["extensionsRequired"].push_back(extension);
 }
 
+/// Node 0 by accessors 2 (two times) and 3 (two values), both without data of their own.
+void animate(Json& json, const char* path, const char* type) {
+  json["accessors"].push_back({{"componentType", 5126}, {"count", 2}, {"type", "SCALAR"}});
+  json["accessors"].push_back({{"componentType", 5126}, {"count", 2}, {"type", type}});
+  json["animations"] = {
+      {{"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", path}}}}}},
+       {"samplers", {{{"input", 2}, {"output", 3}}}}}};
+}
+
 /// Accessor 0: four positions (view 0); accessor 1: six indices (view 1).
 const std::vector<Fault>& faults() {
   static const std::vector<Fault> kFaults = {
@@ -142,7 +151,10 @@ const std::vector<Fault>& faults() {
          j["bufferViews"][0]["buffer"] = 1;
        },
        kMalformed, "POSITION"},
-      {"position of the wrong type", [](Json& j) { j["accessors"][0]["type"] = "VEC2"; },
+      {"position of the wrong type",
+       [](Json& j) {
+         j["accessors"][0] = {{"componentType", 5126}, {"count", 4}, {"type", "VEC2"}};
+       },
        kMalformed, "POSITION"},
       {"position of unknown type", [](Json& j) { j["accessors"][0]["type"] = "VEC9"; }, kMalformed,
        "POSITION"},
@@ -207,6 +219,88 @@ const std::vector<Fault>& faults() {
          j["accessors"].push_back({{"componentType", 5126}, {"count", 1}, {"type", "SCALAR"}});
        },
        kMalformed, "#/animations/0/channels/0"},
+      {"animation of a matrix",
+       [](Json& j) {
+         j["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+         animate(j, "translation", "VEC3");
+       },
+       kMalformed, "#/animations/0/channels/0"},
+      {"animation without morph targets", [](Json& j) { animate(j, "weights", "SCALAR"); },
+       kMalformed, "#/animations/0/channels/0"},
+      {"animation output type", [](Json& j) { animate(j, "rotation", "VEC3"); }, kMalformed,
+       "#/animations/0/channels/0"},
+      {"animation output count",
+       [](Json& j) {
+         animate(j, "scale", "VEC3");
+         j["accessors"][3]["count"] = 3;
+       },
+       kMalformed, "#/animations/0/channels/0"},
+      {"animated twice",
+       [](Json& j) {
+         animate(j, "scale", "VEC3");
+         const Json channel = j["animations"][0]["channels"][0];
+         j["animations"][0]["channels"].push_back(channel);
+       },
+       kMalformed, "#/animations/0/channels/1"},
+      {"skin without mesh",
+       [](Json& j) {
+         j["skins"] = {{{"joints", {0}}}};
+         j["nodes"].push_back({{"skin", 0}});
+       },
+       kMalformed, "#/nodes/1"},
+      {"skinned mesh without joints",
+       [](Json& j) {
+         j["skins"] = {{{"joints", {0}}}};
+         j["nodes"][0]["skin"] = 0;
+       },
+       kMalformed, "#/nodes/0"},
+      {"joints of two trees",
+       [](Json& j) {
+         j["skins"] = {{{"joints", {0, 1}}}};
+         j["nodes"].push_back(Json::object());
+       },
+       kMalformed, "#/skins/0"},
+      {"skeleton beside its joints",
+       [](Json& j) {
+         j["nodes"][0]["children"] = {1, 2};
+         j["nodes"].push_back(Json::object());
+         j["nodes"].push_back(Json::object());
+         j["skins"] = {{{"joints", {1}}, {"skeleton", 2}}};
+       },
+       kMalformed, "#/skins/0"},
+      {"joints without weights",
+       [](Json& j) {
+         j["accessors"].push_back({{"componentType", 5121}, {"count", 4}, {"type", "VEC4"}});
+         j["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = 2;
+       },
+       kMalformed, "JOINTS_0"},
+      {"colours of the wrong kind",
+       [](Json& j) {
+         j["accessors"].push_back({{"componentType", 5122}, {"count", 4}, {"type", "VEC4"}});
+         j["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 2;
+       },
+       kMalformed, "COLOR_0"},
+      {"morph target of an attribute that is not there",
+       [](Json& j) {
+         j["meshes"][0]["primitives"][0]["targets"] = {{{"NORMAL", 0}}};
+       },
+       kMalformed, "#/meshes/0/primitives/0/targets/0/NORMAL"},
+      {"image without media type",
+       [](Json& j) {
+         j["images"] = {{{"bufferView", 0}}};
+       },
+       kMalformed, "#/images/0"},
+      {"variant out of range",
+       [](Json& j) {
+         use(j, "KHR_materials_variants");
+         j["materials"] = {Json::object()};
+         j["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "a"}}};
+         j["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = {
+             {{"material", 0}, {"variants", {1}}}};
+       },
+       kMalformed, "variants/0"},
+      {"required but not used", [](Json& j) { j["extensionsRequired"] = {"KHR_materials_unlit"}; },
+       kMalformed, "#/extensionsRequired/0"},
       {"instance counts differ",
        [](Json& j) {
          use(j, "EXT_mesh_gpu_instancing");
@@ -255,6 +349,34 @@ TEST(Hostile, EachFaultIsNamed) {
         << fault.name << ": " << document.status().to_string();
     EXPECT_TRUE(document.status().place().starts_with("scene.glb")) << fault.name;
   }
+}
+
+TEST(Hostile, OddValuesAreSaid) {
+  const auto warned = [](const std::function<void(Json&)>& change, const char* place) {
+    SceneBuilder builder;
+    builder.square();
+    change(builder.json);
+    const auto document = builder.read();
+    if (!document.ok()) return document.status().to_string();
+    for (const std::string& warning : document->warnings) {
+      if (warning.find(place) != std::string::npos) return std::string("said");
+    }
+    return std::string("not a word");
+  };
+  EXPECT_EQ(warned([](Json& j) { j["nodes"][0]["rotation"] = {0, 0, 0, 2}; }, "rotation"), "said");
+  EXPECT_EQ(warned(
+                [](Json& j) {
+                  j["nodes"][0]["matrix"] = {1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+                },
+                "matrix"),
+            "said");
+  EXPECT_EQ(warned([](Json& j) { animate(j, "scale", "VEC3"); }, "ascend"), "said");
+  EXPECT_EQ(warned([](Json& j) { j["bufferViews"][0]["target"] = 7; }, "target"), "said");
+  EXPECT_EQ(warned([](Json& j) { j["accessors"][0].erase("min"); }, "min and max"), "said");
+  EXPECT_EQ(warned([](Json& j) { j["meshes"][0]["primitives"][0]["attributes"]["SOMETHING"] = 0; },
+                   "SOMETHING"),
+            "said");
+  EXPECT_EQ(warned([](Json& j) { j["images"] = {Json::object()}; }, "/images/0"), "said");
 }
 
 TEST(Hostile, BudgetsHold) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -83,9 +85,27 @@ class SceneBuilder {
                                  {"type", type}});
     return json["accessors"].size() - 1;
   }
+  /// Sets an accessor's min and max to those of its values.
+  void bound(std::size_t index, const std::vector<float>& values, std::size_t components) {
+    std::vector<float> low(values.begin(),
+                           values.begin() + static_cast<std::ptrdiff_t>(components));
+    std::vector<float> high = low;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      low[i % components] = std::min(low[i % components], values[i]);
+      high[i % components] = std::max(high[i % components], values[i]);
+    }
+    const auto finite = [](const std::vector<float>& bounds) {
+      return std::all_of(bounds.begin(), bounds.end(), [](float v) { return std::isfinite(v); });
+    };
+    if (!finite(low) || !finite(high)) return;
+    json["accessors"][index]["min"] = low;
+    json["accessors"][index]["max"] = high;
+  }
   /// A mesh of one primitive with the corners given; returns its index.
   std::size_t mesh(const std::vector<float>& positions, const std::vector<std::uint16_t>& indices) {
-    Json primitive = {{"attributes", {{"POSITION", accessor(positions, "VEC3", 3)}}}};
+    const std::size_t position = accessor(positions, "VEC3", 3);
+    bound(position, positions, 3);
+    Json primitive = {{"attributes", {{"POSITION", position}}}};
     if (!indices.empty()) primitive["indices"] = accessor(indices, "SCALAR", 1);
     json["meshes"].push_back({{"primitives", Json::array({primitive})}});
     return json["meshes"].size() - 1;

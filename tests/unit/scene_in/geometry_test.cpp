@@ -195,11 +195,7 @@ TEST(Geometry, QuantisedAndSparsePositions) {
 TEST(Geometry, PositionsThatAreNotFiniteAreNamed) {
   SceneBuilder builder;
   builder.mesh({0, 0, 0, std::numeric_limits<float>::infinity(), 0, 0, 0, 1, 0}, {});
-  const auto document = builder.read();
-  ASSERT_TRUE(document.ok());
-  const auto scene = read_scene(*document);
-  ASSERT_FALSE(scene.ok());
-  EXPECT_EQ(scene.status().place(), "scene.glb#/accessors/0");
+  EXPECT_EQ(builder.read().status().place(), "scene.glb#/accessors/0");
 }
 
 TEST(Geometry, TransformsThatOverflowAreRefused) {
