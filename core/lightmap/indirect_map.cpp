@@ -65,6 +65,7 @@ class IndirectMap {
 
   std::vector<Rgb> run() {
     std::vector<Block> blocks = first_blocks();
+    if (!blocks.empty()) find_covered();
     // Tiny charts and single texels have no corners to share with.
     while (!blocks.empty() && !progress_.cancelled()) {
       std::vector<std::uint32_t> wanted;
@@ -85,6 +86,23 @@ class IndirectMap {
 
  private:
   enum State : std::uint8_t { kUnknown, kRequested, kComputed, kShared };
+
+  /// Texels with something closer above them than their own edge: under furniture, behind frames.
+  /// They do not share with open ones, whatever the corners of a block say.
+  void find_covered() {
+    covered_.assign(state_.size(), 0);
+    const auto edge = static_cast<float>(1.0 / input_.layout.texels_per_metre);
+    parallel_for(state_.size(), 1024, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        if (input_.selected != nullptr && (*input_.selected)[t] == 0) continue;
+        const auto at = receiver_at(input_.scene, input_.layout,
+                                    central_point(input_.texels, input_.texels.texels[t]),
+                                    input_.direct.lift());
+        const rays::Ray up{at.frame.origin, at.frame.normal, 0.0f, edge};
+        covered_[t] = input_.caster.occluded(up, at.triangle) ? 1 : 0;
+      }
+    });
+  }
 
   std::uint32_t texel_at(const Block& b, int x, int y) const {
     const int width = input_.layout.pages[b.page].width;
@@ -184,7 +202,8 @@ class IndirectMap {
     }
     for (int y = b.y0; y <= b.y1; ++y) {
       for (int x = b.x0; x <= b.x1; ++x) {
-        if (texel_at(b, x, y) == scene::kNone) return false;
+        const std::uint32_t t = texel_at(b, x, y);
+        if (t == scene::kNone || covered_[t] != covered_[corner[0]]) return false;
       }
     }
     const double edge = std::max(b.x1 - b.x0, b.y1 - b.y0) / input_.layout.texels_per_metre;
@@ -228,6 +247,7 @@ class IndirectMap {
   std::vector<float> distance_;
   std::vector<Vec3f> normal_;
   std::vector<std::uint8_t> state_;
+  std::vector<std::uint8_t> covered_;
   std::size_t computed_so_far_ = 0;
 };
 

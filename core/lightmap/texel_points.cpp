@@ -48,19 +48,20 @@ TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel&
     weight += f.area;
   }
   const Vec2f centre = weight > 0 ? sum * (1.0f / weight) : fragments[0].centroid;
-  // A convex fragment that holds the centre is the one whose own centroid is nearest, nearly
-  // always; the point is clamped to its triangle when it is read.
-  const atlas::Fragment* best = &fragments[0];
+  if (fragments.size() == 1) return {fragments[0].triangle, fragments[0].centroid};
+  // Between fragments the centre may lie off the surface: take a point that is on it.
+  const TexelPoints points = texel_points(map, texel);
+  std::uint32_t best = 0;
   float nearest = std::numeric_limits<float>::infinity();
-  for (const atlas::Fragment& f : fragments) {
-    const Vec2f d = f.centroid - centre;
-    const float distance = (d.x * d.x + d.y * d.y) / std::max(f.area, 1e-6f);
+  for (std::uint32_t i = 0; i < points.count; ++i) {
+    const Vec2f d = points.point[i].at - centre;
+    const float distance = d.x * d.x + d.y * d.y;
     if (distance < nearest) {
       nearest = distance;
-      best = &f;
+      best = i;
     }
   }
-  return {best->triangle, fragments.size() == 1 ? best->centroid : centre};
+  return points.point[best];
 }
 
 TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::Point& point,
