@@ -16,7 +16,7 @@ constexpr int kSearchesBeforeGathering = 3;
 float slack_of(const WideTree& tree, const Aabb& a, const Aabb& b) {
   Aabb all = a;
   all.add(b);
-  float span = std::max({tree.reach.x, tree.reach.y, tree.reach.z});
+  float span = std::max({tree.reach[0], tree.reach[1], tree.reach[2]});
   for (std::size_t axis = 0; axis < 3; ++axis) {
     span = std::max({span, std::abs(all.lower[axis]), std::abs(all.upper[axis])});
   }
@@ -37,7 +37,6 @@ struct Bundle::State {
   int searches = 0;  // segments that nothing stopped
   bool gathered = false;
   bool narrow = false;  // few enough leaves to look at them alone
-  const WideNode* blocker = nullptr;
   std::size_t count = 0;
   WideNode packs[Shaft::kMost / kWidth + 1];
 
@@ -78,21 +77,10 @@ bool Bundle::occluded(const Ray& segment, std::uint32_t exclude_a, std::uint32_t
   const Vec3f end = segment.origin + segment.direction * segment.t_max;
   const bool there = s.from.contains(segment.origin) && s.to.contains(end);
   const bool back = s.to.contains(segment.origin) && s.from.contains(end);
-  std::array<const WideNode*, Shaft::kMost / kWidth + 2> start;
-  std::size_t count = 0;
-  // With a filter a triangle is asked at most once, so no part of the tree may be searched twice.
-  const bool hint = s.blocker != nullptr && filter == nullptr;
-  if (hint) start[count++] = s.blocker;
   const bool known_ends = (there || back) && segment.t_min >= 0;
   if (known_ends && s.searches > kSearchesBeforeGathering) s.gather();
-  if (known_ends && s.narrow) {
-    if (s.count == 0) return false;
-    for (std::size_t i = 0; i < s.count; ++i) start[count++] = &s.packs[i];
-  } else {
-    start[count++] = wide.nodes.data();
-  }
-  const bool stopped = s.tree->kernel->occluded_from(wide, {start.data(), count}, segment,
-                                                     exclude_a, exclude_b, filter, s.blocker);
+  if (known_ends && s.narrow && s.count == 0) return false;
+  const bool stopped = s.tree->kernel->occluded(wide, segment, exclude_a, exclude_b, filter);
   if (!stopped) ++s.searches;
   return stopped;
 }

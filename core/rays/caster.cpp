@@ -4,13 +4,34 @@
 
 namespace lightbatch::rays {
 
+bool has_avx2() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+         __builtin_cpu_supports("bmi");
+#else
+  return false;
+#endif
+}
+
+bool has_avx512() {
+#if defined(__x86_64__)
+  return has_avx2() && __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("avx512f") &&
+         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+         __builtin_cpu_supports("avx512bw");
+#else
+  return false;
+#endif
+}
+
 const Kernel& kernel() {
 #if defined(__x86_64__)
-  static const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-                               __builtin_cpu_supports("bmi");
-  if (has_avx2) return avx2_kernel();
-#endif
+  static const Kernel& best = has_avx512() ? avx512_kernel()
+                              : has_avx2() ? avx2_kernel()
+                                           : baseline_kernel();
+  return best;
+#else
   return baseline_kernel();
+#endif
 }
 
 Caster::Caster(const hierarchy::Hierarchy& tree, std::span<const Vec3f> positions,

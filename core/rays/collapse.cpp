@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 
 #include "core/base/check.h"
@@ -22,6 +24,8 @@ constexpr float kNodeCost = 1.0f;
 constexpr float kLeafCost = 0.7f;
 constexpr float kTriangleCost = 0.12f;
 constexpr std::uint32_t kMaxLeaf = 8;
+constexpr std::size_t kUsualBytes = 54;  // a triangle
+constexpr std::size_t kLargeBytes = std::size_t{16} << 20;
 
 /// Cheapest ways to put a subtree into 1..8 places of a wide node.
 struct Plan {
@@ -42,18 +46,18 @@ class Collapse {
     if (tree_.is_empty()) return std::move(out_);
     plan();
     if (plans_[0].solid == 0) return std::move(out_);
-    // At worst every triangle has a leaf of its own, of twelve floats.
-    LB_CHECK(plans_[0].solid < Child::kMaxPlace / 3, "more triangles than a caster can hold");
-    out_.leaves.reserve(13 * std::size_t{plans_[0].solid});
+    out_.data.reserve(kUsualBytes * std::size_t{plans_[0].solid} + sizeof(WideNode) + 64);
     out_.empty = false;
     emit();
-    out_.leaves.resize(out_.leaves.size() + kWidth, 0.0f);
-    out_.leaves.shrink_to_fit();
-    out_.nodes.shrink_to_fit();
+    append(nullptr, kWidth * sizeof(float));
+    LB_CHECK(out_.data.size() < Child::kMaxPlace * Child::kUnit,
+             "more triangles than a caster can hold");
+    out_.data.shrink_to_fit();
+    out_.large = out_.data.size() > kLargeBytes;
     const Aabb box = tree_.box(0);
-    out_.reach = {std::max(std::abs(box.lower.x), std::abs(box.upper.x)),
-                  std::max(std::abs(box.lower.y), std::abs(box.upper.y)),
-                  std::max(std::abs(box.lower.z), std::abs(box.upper.z))};
+    for (std::size_t k = 0; k < 3; ++k) {
+      out_.reach[k] = std::max(std::abs(box.lower[k]), std::abs(box.upper[k]));
+    }
     return std::move(out_);
   }
 
@@ -145,46 +149,49 @@ class Collapse {
     for (const std::uint32_t triangle : tree_.primitives(i)) {
       if (surface(triangle) != Surface::kClear) members[count++] = triangle;
     }
-    const std::size_t offset = out_.leaves.size();
+    std::array<float, 1 + 10 * kMaxLeaf> leaf;
+    std::size_t size = 1;
     Aabb box;
     for (std::uint32_t k = 0; k < count; ++k) {
       for (const std::uint32_t corner : triangles_[members[k]]) box.add(positions_[corner]);
+      const bool filtered = surface(members[k]) == Surface::kFiltered;
+      leaf[size++] = std::bit_cast<float>(members[k] | (filtered ? WideTree::kFilteredFlag : 0u));
     }
     const Vec3f e = box.extent();
-    out_.leaves.push_back((e.x + e.y + e.z) * (1 + 0x1p-20f));
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const bool filtered = surface(members[k]) == Surface::kFiltered;
-      out_.leaves.push_back(
-          std::bit_cast<float>(members[k] | (filtered ? WideTree::kFilteredFlag : 0u)));
-    }
+    leaf[0] = (e.x + e.y + e.z) * (1 + 0x1p-20f);
     for (std::size_t j = 0; j < 9; ++j) {
       for (std::uint32_t k = 0; k < count; ++k) {
-        out_.leaves.push_back(positions_[triangles_[members[k]][j / 3]][j % 3]);
+        leaf[size++] = positions_[triangles_[members[k]][j / 3]][j % 3];
       }
     }
-    while (out_.leaves.size() % 4 != 0) out_.leaves.push_back(0.0f);
-    return Child::leaf(offset, count);
+    return Child::leaf(append(leaf.data(), size * sizeof(float)), count);
+  }
+
+  /// Where it went. No data: zeros.
+  std::size_t append(const void* data, std::size_t bytes, std::size_t alignment = Child::kUnit) {
+    const std::size_t end = out_.data.size(), place = (end + alignment - 1) / alignment * alignment;
+    out_.data.resize(place + bytes, std::byte{0});
+    if (data != nullptr) std::memcpy(out_.data.data() + place, data, bytes);
+    return place;
   }
 
   void emit() {
     struct Pending {
       NodeId node;
-      std::uint32_t parent;
-      std::size_t place;
+      std::size_t parent;  // place of its reference
     };
-    std::vector<Pending> stack{{0, 0, kWidth}};
+    constexpr std::size_t kNone = ~std::size_t{0};
+    std::vector<Pending> stack{{0, kNone}};
     while (!stack.empty()) {
       const Pending pending = stack.back();
       stack.pop_back();
-      const auto index = static_cast<std::uint32_t>(out_.nodes.size());
-      out_.nodes.emplace_back();
-      if (pending.place < kWidth) out_.nodes[pending.parent].child[pending.place] = index;
+      WideNode node;
       std::array<NodeId, kWidth> members{pending.node};
       const std::size_t count =
           plans_[pending.node].leaf ? 1 : children(pending.node, members.data());
+      const std::size_t own = append(nullptr, sizeof node, alignof(WideNode));
       for (std::size_t place = 0; place < kWidth; ++place) {
         const Aabb box = place < count ? tree_.box(members[place]) : Aabb();
-        WideNode& node = out_.nodes[index];
         for (std::size_t axis = 0; axis < 3; ++axis) {
           node.lower[axis][place] = box.lower[axis];
           node.upper[axis][place] = box.upper[axis];
@@ -192,8 +199,15 @@ class Collapse {
         node.child[place] =
             place < count && plans_[members[place]].leaf ? write_leaf(members[place]) : 0;
       }
+      std::memcpy(out_.data.data() + own, &node, sizeof node);
+      if (pending.parent != kNone) {
+        const auto word = static_cast<std::uint32_t>(own / Child::kUnit);
+        std::memcpy(out_.data.data() + pending.parent, &word, sizeof word);
+      }
       for (std::size_t place = count; place-- > 0;) {
-        if (!plans_[members[place]].leaf) stack.push_back({members[place], index, place});
+        if (!plans_[members[place]].leaf) {
+          stack.push_back({members[place], own + offsetof(WideNode, child) + 4 * place});
+        }
       }
     }
   }

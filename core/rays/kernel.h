@@ -18,11 +18,6 @@ struct Kernel {
   Hit (*closest)(const WideTree&, const Ray&, std::uint32_t exclude, HitFilter*);
   bool (*occluded)(const WideTree&, const Ray&, std::uint32_t exclude_a, std::uint32_t exclude_b,
                    HitFilter*);
-  /// Like occluded, over the given nodes only, in that order (at least one). When the ray is
-  /// stopped, the last argument is the node above the triangle.
-  bool (*occluded_from)(const WideTree&, std::span<const WideNode* const> start, const Ray&,
-                        std::uint32_t exclude_a, std::uint32_t exclude_b, HitFilter*,
-                        const WideNode*&);
   /// Packs the leaves that may reach into the shaft into nodes, unless they are more than
   /// Shaft::kMost: then kTooMany.
   std::size_t (*gather)(const WideTree&, const Shaft&, WideNode* packs);
@@ -31,6 +26,10 @@ struct Kernel {
 const Kernel& baseline_kernel();
 /// Only to be called on a processor that has AVX2 and FMA.
 const Kernel& avx2_kernel();
+/// Only to be called on a processor that has AVX-512 F, VL, DQ and BW besides.
+const Kernel& avx512_kernel();
+bool has_avx2();
+bool has_avx512();
 /// The best for this processor.
 const Kernel& kernel();
 

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -31,7 +33,7 @@ namespace {
 }  // namespace
 
 const Kernel& avx2_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded, occluded_from, gather_candidates};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, gather_candidates};
   return kKernel;
 }
 

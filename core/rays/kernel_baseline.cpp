@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -19,7 +21,7 @@ namespace {
 }  // namespace
 
 const Kernel& baseline_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded, occluded_from, gather_candidates};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, gather_candidates};
   return kKernel;
 }
 

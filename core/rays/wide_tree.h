@@ -15,22 +15,26 @@ namespace lightbatch::rays {
 
 constexpr std::size_t kWidth = 8;
 
-/// Reference to a child: a wide node, or a leaf of 1..8 triangles in one word (its place in
-/// WideTree::leaves in steps of four, and its count).
+/// Reference to a child: its place in the casting tree in units of 16 bytes, and for a leaf of 1..8
+/// triangles a flag and their count.
 struct Child {
   static constexpr std::uint32_t kLeafFlag = 0x80000000u;
   static constexpr std::uint32_t kMaxPlace = 1u << 28;
+  static constexpr std::size_t kUnit = 16;
 
   static std::uint32_t leaf(std::size_t offset, std::uint32_t count) {
-    return kLeafFlag | ((count - 1) << 28) | static_cast<std::uint32_t>(offset / 4);
+    return kLeafFlag | ((count - 1) << 28) | static_cast<std::uint32_t>(offset / kUnit);
   }
   static bool is_leaf(std::uint32_t word) { return (word & kLeafFlag) != 0; }
   static std::uint32_t count(std::uint32_t word) { return ((word >> 28) & 7u) + 1; }
-  static std::size_t offset(std::uint32_t word) { return 4 * std::size_t{word & (kMaxPlace - 1)}; }
+  /// In bytes, of either.
+  static std::size_t offset(std::uint32_t word) {
+    return kUnit * std::size_t{word & (kMaxPlace - 1)};
+  }
 };
 
 /// Eight child boxes side by side. Unused places hold empty boxes, which no ray meets.
-struct alignas(32) WideNode {
+struct alignas(64) WideNode {
   float lower[3][kWidth];
   float upper[3][kWidth];
   std::uint32_t child[kWidth];
@@ -49,21 +53,25 @@ struct Leaf {
   const float* corners() const { return data + 1 + count; }
 };
 
-/// The casting tree: the binary hierarchy with levels taken out. The root is always a node.
+/// The casting tree: the binary hierarchy with levels taken out. Every node is followed by the
+/// leaves below it and then by its subtrees, so that what a ray needs next is near by. The root is
+/// always a node and comes first.
 struct WideTree {
   static constexpr std::uint32_t kFilteredFlag = 0x80000000u;  // in ids: asks the filter
 
   bool empty = true;
-  Vec3f reach;  // largest |coordinate| of the boxes on each axis
-  hierarchy::LargeVector<WideNode> nodes;
-  hierarchy::LargeVector<float> leaves;  // and padding, so that vector loads stay inside
+  bool large = false;                      // beyond the caches next to a core
+  alignas(16) float reach[4] = {};         // largest |coordinate| of the boxes on each axis
+  hierarchy::LargeVector<std::byte> data;  // and padding, so that vector loads stay inside
 
+  const std::byte* at(std::uint32_t word) const { return data.data() + Child::offset(word); }
+  const WideNode& node(std::uint32_t word) const {
+    return *reinterpret_cast<const WideNode*>(at(word));
+  }
   Leaf leaf(std::uint32_t word) const {
-    return {leaves.data() + Child::offset(word), Child::count(word)};
+    return {reinterpret_cast<const float*>(at(word)), Child::count(word)};
   }
-  std::size_t memory_bytes() const {
-    return nodes.capacity() * sizeof(WideNode) + leaves.capacity() * sizeof(float);
-  }
+  std::size_t memory_bytes() const { return data.capacity(); }
 };
 
 WideTree collapse(const hierarchy::Hierarchy& tree, std::span<const Vec3f> positions,

@@ -1,7 +1,7 @@
 // Construction and casting beside Embree 3 (MEDIUM) in one run.
 //
 // hierarchy_bench [--scenes a,b] [--repetitions 5] [--rays 131072] [--checks 200000]
-//                 [--soups DIR]
+//                 [--soups DIR] [--sections build,threads,checks,rays,bundles]
 //
 // Times are medians of CPU time with one thread (other programs disturb it less than wall time);
 // rates are million rays a second. Ratios are to Embree in the same run; above 1 is faster.
@@ -31,6 +31,9 @@ namespace {
 int repetitions = 5;
 std::size_t ray_count = 131072;
 std::size_t check_count = 200000;
+std::string sections = "build,threads,checks,rays,bundles";
+
+bool wants(const char* section) { return sections.find(section) != std::string::npos; }
 
 double seconds(clockid_t clock) {
   timespec t;
@@ -109,12 +112,9 @@ void print_checks(const Scene& scene, const hierarchy::Hierarchy& tree,
   }
 }
 
-void run(const Scene& scene) {
+void print_build(const Scene& scene, EmbreePeer& embree) {
   const auto n = static_cast<double>(scene.triangles.size());
-  std::printf("\n== %s: %zu triangles\n", scene.name.c_str(), scene.triangles.size());
-  set_thread_count(1);
   hierarchy::Hierarchy sweep, tree;
-  EmbreePeer embree(scene, 1);
   const auto build = timed({[&] { embree.build(); },
                             [&] { sweep = hierarchy::build(scene.boxes, {.reinsertion = false}); },
                             [&] { tree = hierarchy::build(scene.boxes); }});
@@ -126,13 +126,13 @@ void run(const Scene& scene) {
   std::printf("SAH cost, merged: Embree %.2f; sweep %.2f; with reinsertion %.2f; depth %d, %d\n",
               embree.sah_cost(), swept.sah_cost_merged, final.sah_cost_merged, swept.depth,
               final.depth);
-  const rays::Caster caster(tree, scene.positions, scene.triangles, {});
-  std::printf("bytes/triangle: Embree %.1f + 48 of buffers; casting tree %.1f\n",
-              embree.bytes_per_triangle(), static_cast<double>(caster.memory_bytes()) / n);
-  print_two_threads(scene);
-  print_checks(scene, tree, caster);
+}
+
+void print_rays(const Scene& scene, const rays::Caster& caster, const EmbreePeer& embree) {
   using Way = EmbreePeer::Way;
   for (const RaySet& set : make_rays(scene, caster, ray_count)) {
+    if (set.name == "ff16" && wants("bundles")) compare_bundles(scene, caster, set, embree);
+    if (!wants("rays")) continue;
     std::size_t own = 0, single = 0;
     std::vector<std::function<void()>> programs{
         [&] {
@@ -145,13 +145,33 @@ void run(const Scene& scene) {
         [&] { embree.cast(set, Way::kPacket16); }, [&] { embree.cast(set, Way::kStream); }};
     const auto times = timed(programs);
     const double rays = static_cast<double>(set.rays.size()) * 1e-6;
-    if (set.name == "ff16") compare_bundles(scene, caster, set, embree);
     std::printf(
         "%-8s single %5.2f, Embree %5.2f (8: %.2f, 16: %.2f, stream: %.2f); ratio %.2f; hits "
         "%zu, %zu\n",
         set.name.c_str(), rays / times[0], rays / times[1], rays / times[2], rays / times[3],
         rays / times[4], times[1] / times[0], own, single);
   }
+}
+
+void run(const Scene& scene) {
+  std::printf("\n== %s: %zu triangles\n", scene.name.c_str(), scene.triangles.size());
+  set_thread_count(1);
+  EmbreePeer embree(scene, 1);
+  if (wants("build")) {
+    print_build(scene, embree);
+  } else {
+    embree.build();
+  }
+  if (wants("threads")) print_two_threads(scene);
+  if (!wants("checks") && !wants("rays") && !wants("bundles")) return;
+  const hierarchy::Hierarchy tree = hierarchy::build(scene.boxes);
+  const rays::Caster caster(tree, scene.positions, scene.triangles, {});
+  std::printf(
+      "bytes/triangle: Embree %.1f + 48 of buffers; casting tree %.1f\n",
+      embree.bytes_per_triangle(),
+      static_cast<double>(caster.memory_bytes()) / static_cast<double>(scene.triangles.size()));
+  if (wants("checks")) print_checks(scene, tree, caster);
+  if (wants("rays") || wants("bundles")) print_rays(scene, caster, embree);
 }
 
 }  // namespace
@@ -163,6 +183,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = argv[i];
     if (name == "--scenes") wanted = argv[i + 1];
+    if (name == "--sections") sections = argv[i + 1];
     if (name == "--soups") soups = argv[i + 1];
     if (name == "--repetitions") repetitions = std::max(1, std::atoi(argv[i + 1]));
     if (name == "--checks") check_count = static_cast<std::size_t>(std::atoll(argv[i + 1]));

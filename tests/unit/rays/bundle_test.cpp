@@ -76,10 +76,9 @@ TEST(Bundle, ClearWhenNothingStandsBetween) {
 /// The instruction sets agree bit for bit.
 TEST(Kernels, GiveTheSameBits) {
 #if defined(__x86_64__)
-  if (!(__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-        __builtin_cpu_supports("bmi"))) {
-    return;
-  }
+  std::vector<const Kernel*> others;
+  if (has_avx2()) others.push_back(&avx2_kernel());
+  if (has_avx512()) others.push_back(&avx512_kernel());
   const Mesh mesh = soup(2000, 0.1f, 4);
   const WideTree tree =
       collapse(hierarchy::build(mesh.boxes()), mesh.positions, mesh.triangles, {});
@@ -88,11 +87,13 @@ TEST(Kernels, GiveTheSameBits) {
     const Ray ray{testing::random_point(random), testing::random_direction(random), 0,
                   random.next_float()};
     const Hit a = baseline_kernel().closest(tree, ray, kNoTriangle, nullptr);
-    const Hit b = avx2_kernel().closest(tree, ray, kNoTriangle, nullptr);
-    ASSERT_TRUE(a.triangle == b.triangle && a.t == b.t && a.u == b.u && a.v == b.v &&
-                a.back == b.back);
-    ASSERT_EQ(baseline_kernel().occluded(tree, ray, 1, 2, nullptr),
-              avx2_kernel().occluded(tree, ray, 1, 2, nullptr));
+    for (const Kernel* other : others) {
+      const Hit b = other->closest(tree, ray, kNoTriangle, nullptr);
+      ASSERT_TRUE(a.triangle == b.triangle && a.t == b.t && a.u == b.u && a.v == b.v &&
+                  a.back == b.back);
+      ASSERT_EQ(baseline_kernel().occluded(tree, ray, 1, 2, nullptr),
+                other->occluded(tree, ray, 1, 2, nullptr));
+    }
   }
 #endif
 }

@@ -1,0 +1,49 @@
+#include "core/rays/kernel.h"
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "core/hierarchy/split_rule.h"
+#include "core/rays/exact_test.h"
+
+#ifdef __clang__
+#pragma clang attribute push(                                                        \
+    __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi,bmi2"))), \
+    apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi,bmi2")
+#endif
+#define LB_KERNEL_AVX2
+
+namespace lightbatch::rays {
+namespace {
+
+#include "core/rays/kernel_impl.h"
+
+}  // namespace
+
+const Kernel& avx512_kernel() {
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, gather_candidates};
+  return kKernel;
+}
+
+}  // namespace lightbatch::rays
+
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+#endif

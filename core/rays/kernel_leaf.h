@@ -1,0 +1,72 @@
+// The float test of a leaf's triangles against one ray; included by kernel_impl.h only.
+
+/// Distance bounds for triangles: outside the loose ones there surely is no hit; a hit inside the
+/// tight ones surely counts.
+struct Limits {
+  float lower, upper, tight_lower, tight_upper;
+};
+
+/// What the float test knows about the triangles of a leaf: bit masks.
+struct LeafMasks {
+  unsigned maybe;    // not ruled out
+  unsigned certain;  // surely hit, and at a distance that surely counts
+};
+
+/// The leaf's box was met, so a point of the ray lies in it (and its slack): corners are at most
+/// the leaf's size from the ray in sheared x and y (m), and as far along it as z says (M). The
+/// products of an edge function then carry an error below 36 u M m, u = 2^-24.
+struct LeafTest {
+  static constexpr float kUnit = 0x1p-24f;
+  V8f ox, oy, oz, sx, sy, sz;
+  std::size_t kx, ky, kz;
+  float slack;
+
+  LB_INLINE explicit LeafTest(const BoxRay& r)
+      : ox(splat8(r.ox)),
+        oy(splat8(r.oy)),
+        oz(splat8(r.oz)),
+        sx(splat8(-r.sx)),
+        sy(splat8(-r.sy)),
+        sz(splat8(r.sz)),
+        kx(r.kx),
+        ky(r.ky),
+        kz(r.kz),
+        slack(r.span * 0x1p-17f) {}
+
+  /// `low` and `high` bound t where `maybe`; they are set if any is.
+  LB_INLINE LeafMasks operator()(const Leaf& leaf, const Limits& limits, V8f& low,
+                                 V8f& high) const {
+    const std::size_t step = leaf.count, three = 3 * step;
+    const float* px = leaf.corners() + kx * step;
+    const float* py = leaf.corners() + ky * step;
+    const float* pz = leaf.corners() + kz * step;
+    V8f x[3], y[3], z[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      z[k] = load8(pz + k * three) - oz;
+      x[k] = madd8(sx, z[k], load8(px + k * three) - ox);
+      y[k] = madd8(sy, z[k], load8(py + k * three) - oy);
+    }
+    const V8f u = madd8(x[2], y[1], -(y[2] * x[1]));
+    const V8f v = madd8(x[0], y[2], -(y[0] * x[2]));
+    const V8f w = madd8(x[1], y[0], -(y[1] * x[0]));
+    const V8f flat = splat8(leaf.size() + slack);
+    const V8f deep = flat + max8(abs8(z[0]), max8(abs8(z[1]), abs8(z[2])));
+    const V8f error = (flat + deep) * flat * (40 * kUnit) + 1e-36f;
+    const V8f least = min8(u, min8(v, w));
+    const V8f most = max8(u, max8(v, w));
+    // A NaN rules nothing out.
+    const unsigned maybe = ((1u << step) - 1) & ~mask8((least < -error) & (most > error));
+    if (maybe == 0) return {0, 0};
+    const V8i inside = (least > error) | (most < -error);
+    const V8f det = u + v + w;
+    const V8f t = (u * z[0] + v * z[1] + w * z[2]) / det * sz;
+    // Errors of the weights move t only within the depth of the triangle, which is below `flat`.
+    const V8f t_error =
+        (6.0f * flat * error / abs8(det) + 16 * kUnit * deep) * abs8(sz) + abs8(t) * (8 * kUnit);
+    low = t - t_error;
+    high = t + t_error;
+    const V8i beyond = (low > splat8(limits.upper)) | (high < splat8(limits.lower));
+    const V8i within = (low > splat8(limits.tight_lower)) & (high < splat8(limits.tight_upper));
+    return {maybe & ~mask8(inside & beyond), maybe & mask8(inside & within)};
+  }
+};
