@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Hostile files through one daemon: each ends with a reason, none kills a worker, the daemon serves
-on. The wide set (badinput/ with its expected.tsv) runs where it is present."""
+"""Hostile files through one daemon, and through the command alone: each ends with a reason, none kills
+a worker, the daemon serves on. The wide set (badinput/ with its expected.tsv) runs where it is
+present. Any build will do, the sanitised ones too."""
 import csv
 import json
 import os
@@ -35,20 +36,12 @@ def mutations(whole):
     yield "deep.gltf", b"[" * 100_000
 
 
-class BadInput(programs.WithFolder):
-    def setUp(self):
-        super().setUp()
-        self.daemon = programs.Daemon(self.path("data"))
-
-    def tearDown(self):
-        self.assertTrue(self.daemon.alive())
-        health = urllib.request.urlopen("http://%s/readyz" % self.daemon.admin).read()
-        self.assertEqual(health, b"ready\n")
-        self.assertEqual(self.daemon.stop(), 0)
-        super().tearDown()
+class Files:
+    """Each file once; `where` says who plans it."""
+    where = []
 
     def plan(self, file):
-        done = lightbatch("plan", file, *QUICK, "--server", self.daemon.address, timeout=300)
+        done = lightbatch("plan", file, *QUICK, *self.where, timeout=300)
         result = json.loads(done.stdout) if done.stdout else {}
         return done.returncode, result.get("error", {}).get("reason", ""), done.stderr
 
@@ -75,5 +68,25 @@ class BadInput(programs.WithFolder):
                     self.assertIn(code, (0, 3), row["reason"] + ": " + text)
 
 
+class BadInput(Files, programs.WithFolder):
+    """Through one daemon, which still serves after the last of them."""
+
+    def setUp(self):
+        super().setUp()
+        self.daemon = programs.Daemon(self.path("data"))
+        self.where = ["--server", self.daemon.address]
+
+    def tearDown(self):
+        self.assertTrue(self.daemon.alive())
+        health = urllib.request.urlopen("http://%s/readyz" % self.daemon.admin).read()
+        self.assertEqual(health, b"ready\n")
+        self.assertEqual(self.daemon.stop(), 0)
+        super().tearDown()
+
+
+class BadInputEmbedded(Files, programs.WithFolder):
+    """Through the service inside the command."""
+
+
 if __name__ == "__main__":
-    programs.run(BadInput)
+    programs.run(BadInput, BadInputEmbedded)
