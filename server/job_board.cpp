@@ -15,6 +15,7 @@ using Clock = std::chrono::steady_clock;
 /// Watchers hear of progress about four times a second.
 constexpr auto kProgressInterval = std::chrono::milliseconds(240);
 constexpr auto kStoreRetry = std::chrono::seconds(1);
+constexpr double kTrendSeconds = 1;  // of a phase, before its end is foretold
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -81,7 +82,7 @@ v1::Job JobBoard::snapshot(const Live& live) const {
   v1::JobProgress& progress = *job.mutable_progress();
   const double elapsed = seconds_since(live.phase_start);
   *progress.mutable_phase_elapsed() = to_duration(elapsed);
-  if (progress.fraction() > 0.01) {
+  if (progress.fraction() > 0.01 && elapsed > kTrendSeconds) {
     *progress.mutable_phase_remaining() =
         to_duration(std::min(elapsed * (1 / progress.fraction() - 1), 1e6));
   }

@@ -43,14 +43,19 @@ void ProgressLine::show(const std::string& phase, double fraction, double remain
   std::string text = figures;
   if (remaining >= 0) text += "  " + format_seconds(remaining) + " left";
   if (!terminal_) {
-    std::fprintf(stderr, "%-12s %s\n", phase.c_str(), text.c_str());
+    // A line when a phase begins; figures once there is something to count.
+    if (fraction > 0) {
+      std::fprintf(stderr, "%-20s %s\n", phase.c_str(), text.c_str());
+    } else {
+      std::fprintf(stderr, "%s\n", phase.c_str());
+    }
     return;
   }
-  const int cells = std::clamp(terminal_width() - 50, 8, 40);
+  const int cells = std::clamp(terminal_width() - 58, 8, 40);
   const auto filled = static_cast<int>(std::lround(clamped * cells));
   const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
                           std::string(static_cast<std::size_t>(cells - filled), '.');
-  std::fprintf(stderr, "\r\033[K%-12.12s [%s] %s", phase.c_str(), bar.c_str(), text.c_str());
+  std::fprintf(stderr, "\r\033[K%-20.20s [%s] %s", phase.c_str(), bar.c_str(), text.c_str());
   std::fflush(stderr);
   drawn_ = true;
 }

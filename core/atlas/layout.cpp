@@ -150,7 +150,7 @@ Result<Layout> make_layout(const scene::Scene& scene, const std::vector<std::uin
   layout.uv.resize(scene.triangles.size());
   const int page_size = options.page_size / 8 * 8;
 
-  progress.report("chart", 0);
+  progress.report("charts", 0);
   const std::vector<ChartedShape> shapes = chart_shapes(scene, lit, options, page_size, progress);
   if (progress.cancelled()) return cancelled();
   if (shapes.empty()) return layout;
@@ -170,7 +170,7 @@ Result<Layout> make_layout(const scene::Scene& scene, const std::vector<std::uin
     next += static_cast<std::uint32_t>(use.block.charts.size() *
                                        shapes[use.shape].uses[use.use].instances.size());
   }
-  progress.report("verify", 0.9);
+  progress.report("verify", 0);
   layout.footprint_conflicts = count_conflicts(layout);
   measure(scene, wide, layout);
   return layout;

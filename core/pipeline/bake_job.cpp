@@ -13,6 +13,7 @@
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/light_stage.h"
+#include "core/pipeline/plan_cost.h"
 #include "core/pipeline/quote.h"
 #include "core/pipeline/report_json.h"
 #include "core/pipeline/view_picture.h"
@@ -152,7 +153,9 @@ std::vector<report::Picture> pictures(const JobOptions& options, const Prepared&
 std::string summary_of(const Json& report) {
   char text[512];
   std::string summary;
-  if (report.contains("accuracy")) {
+  if (report.contains("lightmaps") && report["lightmaps"].value("texels", 0.0) == 0) {
+    summary += "error    nothing to light: no surface takes a lightmap\n";
+  } else if (report.contains("accuracy")) {
     const Json& a = report["accuracy"];
     std::snprintf(text, sizeof text,
                   "error    %.2f %% certified (95 %%: %.2f to %.2f %%), target %.2f %%\n",
@@ -195,7 +198,8 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     LB_RETURN_IF_ERROR(bake_pages(options, p, made, report, clock, progress));
     report["radiosity"] = report_radiosity(made.light);
     report["lightmaps"] = report_lightmaps(made.places, made.light.baked.counts, made.encoded);
-    report_counters(report, made.light);
+    set_costs(p.effects, *p.scene, made.light);
+    report_counters(report, p.effects, made.light);
     LB_ASSIGN_OR_RETURN(const accuracy::Certificate certificate,
                         certify(options, p, made.places, made.light, clock, progress));
     report["accuracy"] = report_accuracy(certificate, p.target_error);

@@ -54,6 +54,7 @@ Result<std::vector<Price>> quote(const JobOptions& options, const Prepared& p,
   std::vector<Pilot> pilots;
   for (const double target : kQuotedErrors) {
     if (target < kFinestPilot) continue;
+    progress.report("pilot at " + std::to_string(std::lround(100 * target)) + "%", 0);
     const auto settings = accuracy::settings_for(target, measure, options.seed);
     const auto divisor = static_cast<std::uint32_t>(
         std::max(1.0, static_cast<double>(places.texels.texels.size()) / kPilotTexels));

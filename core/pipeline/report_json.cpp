@@ -241,7 +241,10 @@ Json report_quote(const std::vector<Price>& prices) {
   return list;
 }
 
-void report_counters(Json& report, const LightBake& bake) {
+void report_counters(Json& report, const plan::EffectPlan& effects, const LightBake& bake) {
+  for (std::size_t i = 0; i < plan::kEffectCount; ++i) {
+    report["plan"]["effects"][i]["cost_share"] = effects.decisions[i].cost_share;
+  }
   radiosity::RayCounts rays = bake.radiosity.rays;
   rays += bake.baked.counts.rays;
   const auto set = [&](std::string_view effect, Json counters) {

@@ -28,8 +28,8 @@ Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& 
 Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
                     const batches::ViewsReport& views, const std::string& profile);
 Json report_quote(const std::vector<Price>& prices);
-/// Counters of what was cast and looked up, into the plan's effects.
-void report_counters(Json& report, const LightBake& bake);
+/// Counters of what was cast and looked up, and shares of the cost, into the plan's effects.
+void report_counters(Json& report, const plan::EffectPlan& effects, const LightBake& bake);
 /// stages and total.
 void report_stages(Json& report, const StageClock& clock);
 

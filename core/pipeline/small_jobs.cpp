@@ -8,6 +8,7 @@
 #include "core/pipeline/artifacts.h"
 #include "core/pipeline/boxes_glb.h"
 #include "core/pipeline/jobs.h"
+#include "core/pipeline/plan_cost.h"
 #include "core/pipeline/prepare.h"
 #include "core/pipeline/report_json.h"
 #include "core/report/html.h"
@@ -21,11 +22,16 @@ constexpr int kPictureHeight = 900;
 constexpr int kFigureLevels[] = {13, 14, 15, 16, 20};
 
 std::string plan_summary(const Json& report) {
-  std::string text;
+  std::string text = "effect                 on     rays  why\n";
   for (const Json& e : report["plan"]["effects"]) {
+    const bool on = e["on"].get<bool>();
+    const double share = e.value("cost_share", 0.0);
+    char cost[16] = "     -";
+    if (on && share > 0) std::snprintf(cost, sizeof cost, "%4.0f %%", 100 * share);
+    if (on && share > 0 && share < 0.01) std::snprintf(cost, sizeof cost, " < 1 %%");
     char line[160];
-    std::snprintf(line, sizeof line, "%-22s %-4s ", e["name"].get<std::string>().c_str(),
-                  e["on"].get<bool>() ? "on" : "off");
+    std::snprintf(line, sizeof line, "%-22s %-4s %6s  ", e["name"].get<std::string>().c_str(),
+                  on ? "on" : "off", cost);
     text += line + e["why"].get<std::string>() + "\n";
     for (const Json& evidence : e["evidence"]) text += "    " + evidence.get<std::string>() + "\n";
   }
@@ -46,7 +52,8 @@ Result<JobOutcome> finish(Artifacts& artifacts, const Progress& progress, std::s
 Result<JobOutcome> run_plan(const JobOptions& options, const JobInput& input,
                             const std::filesystem::path& output, const Progress& progress) {
   StageClock clock;
-  LB_ASSIGN_OR_RETURN(const Prepared p, prepare(options, input, clock, progress));
+  LB_ASSIGN_OR_RETURN(Prepared p, prepare(options, input, clock, progress));
+  LB_RETURN_IF_ERROR(expect_costs(options, p, clock, progress));
   Json report = report_head(options, input, p);
   report_stages(report, clock);
   Artifacts artifacts(output);

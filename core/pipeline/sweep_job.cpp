@@ -60,6 +60,9 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
   Json rows = Json::array();
   std::string summary = "target     certified (95 % interval)      seconds   CPU seconds\n";
   for (const double target : targets) {
+    char phase[24];
+    std::snprintf(phase, sizeof phase, "bake at %.3g%%", 100 * target);
+    progress.report(phase, 0);
     StageClock own;
     p.target_error = target;
     const auto settings =

@@ -45,7 +45,7 @@ struct Decision {
   bool simulated = true;              // false: this version has no simulation of it
   std::string reason;                 // one sentence
   std::vector<std::string> evidence;  // materials, lights or nodes by name; at most kMaxEvidence
-  double cost_share = 0;              // expected share of the light's cost, [0, 1]
+  double cost_share = 0;              // of all rays, those cast for it; shares overlap
 };
 constexpr std::size_t kMaxEvidence = 8;
 

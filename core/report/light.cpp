@@ -59,7 +59,7 @@ std::string plan_section(const Json& report) {
                  "<p class=\"soft\">Only what the scene calls for is simulated; what is off costs "
                  "nothing.</p>\n<div class=\"wide\"><table>\n<thead><tr><th "
                  "scope=\"col\">effect</th><th scope=\"col\"></th><th scope=\"col\">why</th><th "
-                 "scope=\"col\" class=\"n\">expected cost</th><th scope=\"col\">work "
+                 "scope=\"col\" class=\"n\">share of rays</th><th scope=\"col\">work "
                  "done</th></tr></thead>\n<tbody>\n" +
                      rows + "</tbody></table></div>\n");
 }

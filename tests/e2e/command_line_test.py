@@ -56,9 +56,12 @@ class CommandLine(programs.WithFolder):
 
     def test_other_commands(self):
         scene = self.write("room.glb", programs.room_glb())
-        plan = lightbatch("plan", scene, "-q")
+        plan = lightbatch("plan", scene, "-q", "--json")
         self.assertEqual(plan.returncode, 0, plan.stderr)
-        self.assertTrue(plan.stdout.strip())
+        effects = {e["name"]: e for e in json.loads(plan.stdout)["report"]["plan"]["effects"]}
+        for name in ["emitters", "interreflection", "shadows"]:
+            self.assertTrue(effects[name]["on"] and 0 < effects[name]["cost_share"] <= 1, name)
+        self.assertEqual((effects["sky"]["on"], effects["sky"]["cost_share"]), (False, 0))
         quote = lightbatch("quote", scene, "-q", "--json", "--texels-per-metre", "16")
         self.assertEqual(quote.returncode, 0, quote.stderr)
         self.assertEqual(json.loads(quote.stdout)["state"], "SUCCEEDED")

@@ -14,7 +14,9 @@ import argparse
 import json
 import os
 import pathlib
+import re
 import shutil
+import struct
 import subprocess
 import sys
 import time
@@ -51,6 +53,19 @@ def bake(client, scene, out, options):
         _, status, used = os.wait4(process.pid, 0)
         return (os.waitstatus_to_exitcode(status), time.monotonic() - start, used.ru_utime + used.ru_stime,
                 used.ru_maxrss * 1024)
+
+
+def without_requirement(glb, extension):
+    """The file with an extension used, but no longer required."""
+    size = struct.unpack_from("<I", glb, 12)[0]
+    document = json.loads(glb[20:20 + size])
+    document["extensionsRequired"].remove(extension)
+    if not document["extensionsRequired"]:
+        del document["extensionsRequired"]
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = glb[20 + size:]
+    return struct.pack("<5I", 0x46546C67, 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest
 
 
 class Checks:
@@ -97,8 +112,18 @@ class Checks:
         return self.script("load_three.mjs", path) if self.node else None
 
     def imported(self, path):
+        """Blender refuses a file for an extension that it does not know; then the rest of it is tried without."""
         if not self.blender:
             return None
+        answer = self.blender_says(path)
+        unknown = re.search(r"Extension (\w+) is not available", answer.get("error", ""))
+        if unknown is None:
+            return answer
+        copy = self.folder.parent / "without.glb"
+        copy.write_bytes(without_requirement(path.read_bytes(), unknown[1]))
+        return {**self.blender_says(copy), "without": unknown[1]}
+
+    def blender_says(self, path):
         # Blender takes the first Python of PATH for its home; only Debian's has what its importer wants.
         done = run([self.blender, "-b", "--factory-startup", "--python", HERE / "load_blender.py", "--", path],
                    env={**os.environ, "PATH": "/usr/bin:/bin"})
@@ -114,7 +139,8 @@ class Checks:
         if answer is None:
             return "-", False
         if "error" not in answer:
-            return f"yes, {answer['meshes']} meshes", False
+            without = f" (but for {answer['without']})" if "without" in answer else ""
+            return f"yes, {answer['meshes']} meshes{without}", False
         of_input = load(scene).get("error")
         return f"no: {answer['error']} (input: {'taken' if of_input is None else of_input})", of_input is None
 
