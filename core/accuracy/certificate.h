@@ -11,10 +11,10 @@
 
 namespace lightbatch::accuracy {
 
-/// A texel to be judged: its value, and points spread evenly over the surface it covers.
+/// A texel to be judged: its value, and the points of the surface it covers.
 struct Probe {
   Rgb value;  // lux
-  std::vector<SurfacePoint> points;
+  PointSource points;
 };
 
 struct CertificateOptions {

@@ -39,11 +39,9 @@ class PathTracer::Numbers {
             sobol::scramble_reversed(sobol::reverse_bits(index), sets.shuffle))),
         random_(seed) {}
 
-  /// Which of `count` points the path starts from. (By index they would get one half of every
-  /// dimension each.)
-  std::size_t start(std::size_t count) const {
-    const double share = static_cast<double>(sets_.second.coordinate(second_index_, 0));
-    return std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)));
+  /// Where the path starts. (By index, points would get one half of every dimension each.)
+  SurfacePoint start(const PointSource& source) const {
+    return source(sets_.second.coordinate(second_index_, 0), sets_.second.pair(second_index_, 6));
   }
   void next_vertex() { ++depth_; }
   Vec2f direction() {
@@ -263,15 +261,29 @@ Rgb PathTracer::trace(const SurfacePoint& start, Numbers& numbers, std::uint64_t
   }
 }
 
+PointSource among(std::vector<SurfacePoint> points) {
+  return [points = std::move(points)](float which, Vec2f) {
+    const auto i =
+        static_cast<std::size_t>(static_cast<double>(which) * static_cast<double>(points.size()));
+    return points[std::min(points.size() - 1, i)];
+  };
+}
+
 PathSum PathTracer::irradiance(std::span<const SurfacePoint> points, std::uint32_t samples,
                                std::uint64_t seed) const {
+  if (points.empty()) return {};
+  return irradiance(among({points.begin(), points.end()}), samples, seed);
+}
+
+PathSum PathTracer::irradiance(const PointSource& source, std::uint32_t samples,
+                               std::uint64_t seed) const {
   PathSum result;
-  if (points.empty() || samples == 0) return result;
+  if (samples == 0) return result;
   const Numbers::Sets sets(item_seed(seed, 0, 1));
   Rgbd sum, squares;
   for (std::uint32_t i = 0; i < samples; ++i) {
     Numbers numbers(sets, i, item_seed(seed, i, 2));
-    const Rgbd e = to_double(trace(points[numbers.start(points.size())], numbers, result.rays));
+    const Rgbd e = to_double(trace(numbers.start(source), numbers, result.rays));
     sum += e;
     squares += e * e;
   }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <vector>
 
 #include "core/accuracy/light_tree.h"
 #include "core/math/rgb.h"
@@ -18,6 +20,12 @@ struct SurfacePoint {
   float u = 0, v = 0;
   bool back = false;  // the clockwise side
 };
+
+/// Draws one of the points that an estimate is the mean of: `which` and `within` are uniform in
+/// [0, 1) and stratified over the paths. Must be thread-safe.
+using PointSource = std::function<SurfacePoint(float which, Vec2f within)>;
+/// Each of the points equally likely. Not empty.
+PointSource among(std::vector<SurfacePoint> points);
 
 /// Sums over the paths of one estimate.
 struct PathSum {
@@ -39,8 +47,10 @@ class PathTracer {
   PathTracer(const rays::Caster& caster, const optics::Optics& optics,
              const optics::Environment& sky);
 
-  /// Mean irradiance over the points (each equally likely), by `samples` paths. Calls with
-  /// different seeds are independent of each other.
+  /// Mean irradiance over the points of a source, by `samples` paths. Calls with different seeds
+  /// are independent of each other.
+  PathSum irradiance(const PointSource& source, std::uint32_t samples, std::uint64_t seed) const;
+  /// Over the points, each equally likely; nothing when there are none.
   PathSum irradiance(std::span<const SurfacePoint> points, std::uint32_t samples,
                      std::uint64_t seed) const;
 

@@ -18,17 +18,16 @@ struct Rung {
   double tolerance;
   double reach;
   double pilot_rays;
-  double refined_rays;
-  double edge_rounds;
+  double direct_error;
 };
 
 constexpr std::array<Rung, 6> kLadder{{
-    {0.10, 2'000, 12, 6, 32, 8, 0.080, 1.00, 4, 32, 3},
-    {0.05, 5'000, 16, 8, 64, 8, 0.045, 0.70, 4, 48, 8},
-    {0.02, 15'000, 24, 8, 192, 8, 0.025, 0.50, 4, 128, 24},
-    {0.01, 40'000, 32, 8, 448, 4, 0.014, 0.40, 8, 320, 60},
-    {0.005, 120'000, 48, 12, 1280, 4, 0.008, 0.30, 8, 640, 150},
-    {0.002, 400'000, 64, 16, 4096, 4, 0.004, 0.25, 16, 1280, 400},
+    {0.10, 2'000, 12, 6, 32, 8, 0.080, 1.00, 4, 0.15},
+    {0.05, 5'000, 16, 8, 64, 8, 0.045, 0.70, 4, 0.075},
+    {0.02, 15'000, 24, 8, 192, 8, 0.025, 0.50, 4, 0.03},
+    {0.01, 40'000, 32, 8, 448, 4, 0.014, 0.40, 8, 0.015},
+    {0.005, 120'000, 48, 12, 1280, 4, 0.008, 0.30, 8, 0.0075},
+    {0.002, 400'000, 64, 16, 4096, 4, 0.004, 0.25, 16, 0.003},
 }};
 
 }  // namespace
@@ -58,8 +57,7 @@ BakeSettings settings_for(double target_error, const SceneMeasure& scene, std::u
   settings.gather.tolerance = mix(a.tolerance, b.tolerance) / std::sqrt(effort);
   settings.gather.reach = mix(a.reach, b.reach);
   settings.gather.pilot_rays = whole(mix(a.pilot_rays, b.pilot_rays));
-  settings.gather.refined_rays = std::max(8, whole(mix(a.refined_rays, b.refined_rays) * effort));
-  settings.gather.edge_rounds = whole(mix(a.edge_rounds, b.edge_rounds) * effort);
+  settings.gather.direct_error = mix(a.direct_error, b.direct_error) / std::sqrt(effort);
   return settings;
 }
 

@@ -22,10 +22,9 @@ struct GatherSettings {
                             // of the mean irradiance
   double reach = 0.5;       // of sharing: block edge at most this many harmonic mean distances
   int pilot_rays = 4;       // emitter shadow rays of every texel
-  int refined_rays = 64;    // of texels whose pilot, or a neighbour's, is mixed
-  int edge_rounds = 24;     // further shadow rays a punctual light and point, where its shadow's
-                            // edge runs through a texel
-  double deeper = 0.5;      // one more gather when a hit is nearer than this many element edges
+  double direct_error = 0.05;  // share of the mean irradiance that visibility may be off by in a
+                               // texel of a shadow's edge; sets the number of shadow rays there
+  double deeper = 0.5;         // one more gather when a hit is nearer than this many element sizes
 };
 
 /// What the bake reads; all outlive it.

@@ -1,8 +1,11 @@
 #include "core/lightmap/gather.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
@@ -15,11 +18,53 @@ using radiosity::ElementId;
 using radiosity::LightState;
 using radiosity::Receiver;
 
-constexpr int kMaxDepth = 2;
+/// Further gathers of a ray before Russian roulette decides on more, and at most. In a crack every
+/// hit is near: cut short, the walk would end on an element that lies mostly outside.
+constexpr int kSureDepth = 2;
+constexpr int kMaxDepth = 64;
+/// Differences between neighbours that noise and plain gradients explain.
+constexpr float kPlainVariation = 0.3f;
+/// Share of an open element's hemisphere that is near, as in a corner of a room.
+constexpr float kPlainCrowding = 0.25f;
+/// How much farther such an element is replaced.
+constexpr float kVariationReach = 8.0f;
 /// Emitter terms of a point that is itself one sample of many.
 constexpr std::size_t kDeepTerms = 6;
 
 }  // namespace
+
+Gather::Gather(const BakeInput& input, const GatherSettings& settings)
+    : input_(input), settings_(settings), near_(input.elements.count()) {
+  const radiosity::Elements& elements = input.elements;
+  const auto& indirect = input.solution.indirect;
+  parallel_for(near_.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto e = static_cast<ElementId>(i);
+      // Against the element's own size: most elements of furniture are far smaller than the edge.
+      const double size =
+          std::min(elements.edge(), 1.5 * std::sqrt(static_cast<double>(elements.area(e))));
+      // An element that differs much from its neighbours, or has much close above it, varies much
+      // inside (it lies partly in a crack or under something): what it holds is right only from
+      // afar.
+      float variation = 0;
+      if (elements.is_cell(e) && !indirect.empty()) {
+        std::array<ElementId, 8> around{};
+        const std::size_t count = elements.neighbours(e, around.data());
+        const float own = indirect[e].sum();
+        for (std::size_t k = 0; k < count; ++k) {
+          const float other = indirect[around[k]].sum();
+          const float larger = std::max(own, other);
+          if (larger > 0) variation = std::max(variation, std::fabs(own - other) / larger);
+        }
+      }
+      float excess = std::max(0.0f, variation - kPlainVariation);
+      if (!input.solution.crowding.empty()) {
+        excess = std::max(excess, input.solution.crowding[e] - kPlainCrowding);
+      }
+      near_[i] = static_cast<float>(settings.deeper * size) * (1 + kVariationReach * excess);
+    }
+  });
+}
 
 Rgb Gather::read(ElementId e, const rays::Hit& hit, BakeCounts& counts) const {
   const radiosity::Solution& solution = input_.solution;
@@ -43,13 +88,19 @@ Rgb Gather::read(ElementId e, const rays::Hit& hit, BakeCounts& counts) const {
   return solution.unresolved[e] + input_.elements.reflectance(e) * direct;
 }
 
-Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, std::uint64_t seed, int depth,
+Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numbers, int depth,
                           BakeCounts& counts) const {
   ++counts.deeper_gathers;
   const Receiver at{optics::surface_frame(input_.scene, hit.triangle, hit.u, hit.v, hit.back,
                                           input_.direct.lift()),
                     hit.triangle};
-  Random random(seed);
+  Random random(mix_bits(numbers.seed ^ hit.triangle));
+  Rgb reflectance = input_.elements.reflectance(e);
+  if (depth >= kSureDepth) {
+    const float survival = std::min(1.0f, reflectance.max());
+    if (!(random.next_float() < survival)) return {};
+    reflectance = reflectance * (1.0f / survival);
+  }
   Rgb irradiance{};
   for (const auto& light : input_.direct.sources().punctual()) {
     const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
@@ -64,51 +115,49 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, std::uint64_t seed,
         input_.direct.emitter_visibility(at, terms, 1, 0, random.next_u32(), counts.rays).share();
   }
   const Vec3f direction =
-      Frame::about(at.frame.normal)
-          .to_world(cosine_hemisphere({random.next_float(), random.next_float()}));
-  const std::uint64_t next = random.next_u64();
+      Frame::about(at.frame.normal).to_world(cosine_hemisphere(numbers.direction));
+  const Numbers next{random.next_u64(), {random.next_float(), random.next_float()}};
   radiosity::walk_hemisphere_ray(
       input_.optics, input_.caster, {at.frame.origin, direction}, at.triangle, counts.rays,
       [&](const rays::Hit& further, const Rgb& weight) {
         irradiance += weight * seen(further, further.t, next, depth + 1, counts);
       },
       [&](const Rgb& weight) { irradiance += weight * input_.sky.radiance(direction) * kPi; });
-  return input_.elements.reflectance(e) * irradiance;
+  return reflectance * irradiance;
 }
 
-Rgb Gather::seen(const rays::Hit& hit, float distance, std::uint64_t seed, int depth,
+Rgb Gather::seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,
                  BakeCounts& counts) const {
   const ElementId e = input_.lookup.at(hit);
   if (e == radiosity::kNoElement) return {};
-  if (depth < kMaxDepth &&
-      static_cast<double>(distance) < settings_.deeper * input_.elements.edge()) {
-    return gather_deeper(e, hit, mix_bits(seed ^ hit.triangle), depth, counts);
+  if (depth < kMaxDepth && distance < near_[e]) {
+    return gather_deeper(e, hit, numbers, depth, counts);
   }
   return read(e, hit, counts);
 }
 
 Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint32_t seed,
                                  BakeCounts& counts) const {
-  std::array<Receiver, 16> receiver;
-  std::array<Frame, 16> frame;
-  for (std::uint32_t i = 0; i < points.count; ++i) {
-    receiver[i] = receiver_at(input_.scene, input_.layout, points.point[i], input_.direct.lift());
-    frame[i] = Frame::about(receiver[i].frame.normal);
-  }
   const OwenSobol8 sequence(seed);
-  Rgbd sum;
+  Rgbd sum, first_half;
   double inverse_distance = 0;
+  const auto half = static_cast<std::uint32_t>(rays) / 2;
   for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(rays); ++k) {
+    if (k == half) first_half = sum;
     const auto i = std::min(
         points.count - 1,
         static_cast<std::uint32_t>(sequence.coordinate(k, 2) * static_cast<float>(points.count)));
-    const Vec3f direction = frame[i].to_world(cosine_hemisphere(sequence.pair(k, 0)));
+    const Receiver from = receiver_at(
+        input_.scene, input_.layout,
+        moved_within(input_.layout, points.point[i], sequence.pair(k, 3)), input_.direct.lift());
+    const Vec3f direction =
+        Frame::about(from.frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
+    const Numbers numbers{item_seed(seed, k), sequence.pair(k, 5)};
     radiosity::walk_hemisphere_ray(
-        input_.optics, input_.caster, {receiver[i].frame.origin, direction}, receiver[i].triangle,
-        counts.rays,
+        input_.optics, input_.caster, {from.frame.origin, direction}, from.triangle, counts.rays,
         [&](const rays::Hit& hit, const Rgb& weight) {
           inverse_distance += 1.0 / std::max(1e-30, static_cast<double>(hit.t));
-          sum += to_double(weight * seen(hit, hit.t, item_seed(seed, k), 0, counts));
+          sum += to_double(weight * seen(hit, hit.t, numbers, 0, counts));
         },
         [&](const Rgb& weight) {
           sum += to_double(weight * input_.sky.radiance(direction) * kPi);
@@ -116,6 +165,11 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
   }
   Value value;
   value.irradiance = to_float(sum / static_cast<double>(rays));
+  const double difference = ((sum - first_half) / (rays - static_cast<double>(half)) -
+                             first_half / std::max(1.0, static_cast<double>(half)))
+                                .sum() /
+                            3;
+  value.variance = static_cast<float>(difference * difference / 4);
   value.distance = inverse_distance > 0 ? static_cast<float>(rays / inverse_distance)
                                         : std::numeric_limits<float>::infinity();
   return value;

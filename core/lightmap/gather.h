@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/lightmap/bake.h"
 #include "core/lightmap/texel_points.h"
 
@@ -9,16 +11,17 @@ namespace lightbatch::lightmap {
 /// and the sky where they do not.
 ///
 /// Directions are Owen-scrambled Sobol points; a third dimension deals the rays to the texel's
-/// points, so that every point sees the whole hemisphere. Light of the resolved lights is never
-/// read as an element's mean: lit elements use the light's formula at the hit, mixed ones a shadow
-/// ray. Where a hit is near against the element's edge, the element is replaced by one more gather.
+/// points, so that every point sees the whole hemisphere, two more move them within their share.
+/// Light of the resolved lights is never read as an element's mean: lit elements use the light's
+/// formula at the hit, mixed ones a shadow ray. Where a hit is near against the element's size, the
+/// element is replaced by one more gather.
 class Gather {
  public:
-  Gather(const BakeInput& input, const GatherSettings& settings)
-      : input_(input), settings_(settings) {}
+  Gather(const BakeInput& input, const GatherSettings& settings);
 
   struct Value {
     Rgb irradiance;
+    float variance = 0;  // of the mean of the channels, from the two halves of the rays
     float distance = 0;  // harmonic mean length of the rays, metres; infinite when all escape
   };
   /// seed must differ between texels; rays >= 1.
@@ -26,15 +29,21 @@ class Gather {
                    BakeCounts& counts) const;
 
  private:
+  /// Random numbers of one further gather; of the first, the direction is stratified with the ray.
+  struct Numbers {
+    std::uint64_t seed = 0;
+    Vec2f direction;
+  };
   /// Radiosity seen at a hit, lm/m2.
-  Rgb seen(const rays::Hit& hit, float distance, std::uint64_t seed, int depth,
+  Rgb seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,
            BakeCounts& counts) const;
   Rgb read(radiosity::ElementId e, const rays::Hit& hit, BakeCounts& counts) const;
-  Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, std::uint64_t seed, int depth,
+  Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, const Numbers& numbers, int depth,
                     BakeCounts& counts) const;
 
   const BakeInput& input_;
   const GatherSettings& settings_;
+  std::vector<float> near_;  // per element, metres: nearer hits are gathered one level deeper
 };
 
 }  // namespace lightbatch::lightmap

@@ -15,12 +15,18 @@
 #include "core/base/random.h"
 #include "core/lightmap/bake.h"
 #include "core/lightmap/gather.h"
+#include "core/lightmap/smooth.h"
 #include "core/scene/scene.h"
 
 namespace lightbatch::lightmap {
 namespace {
 
 constexpr std::size_t kGrain = 64;
+constexpr double kShareOfLight = 2 / 2.4;
+/// Limits of a texel's rays against the mean: the first stage may be wrong about a texel.
+constexpr float kFewestShare = 0.25f;
+constexpr float kMostShare = 8.0f;
+constexpr int kFewestRays = 16;
 /// Corners whose normals differ more than this (cosine) do not share.
 constexpr float kSameSurface = 0.97f;
 
@@ -58,12 +64,12 @@ class IndirectMap {
         counts_(counts),
         progress_(progress),
         gather_(input, settings),
-        value_(input.texels.texels.size()),
+        texel_(input.texels.texels.size()),
         distance_(input.texels.texels.size(), 0.0f),
-        normal_(input.texels.texels.size()),
         state_(input.texels.texels.size(), kUnknown) {}
 
   std::vector<Rgb> run() {
+    share_rays();
     std::vector<Block> blocks = first_blocks();
     if (!blocks.empty()) find_covered();
     // Tiny charts and single texels have no corners to share with.
@@ -81,16 +87,51 @@ class IndirectMap {
       want(t, rest);
     }
     if (!progress_.cancelled()) compute(rest);
-    return std::move(value_);
+    return smooth_gathered(input_, texel_);
   }
 
  private:
   enum State : std::uint8_t { kUnknown, kRequested, kComputed, kShared };
 
+  /// Rays in proportion to what a texel brings into the error of the map: noise grows with the
+  /// indirect light that the first stage found there, and falls with the rays to the power 0.7;
+  /// the least sum of squares for a number of rays has rays ~ light^(2 / 2.4).
+  void share_rays() {
+    share_.assign(state_.size(), 1.0f);
+    const auto& indirect = input_.solution.indirect;
+    if (indirect.empty()) return;
+    parallel_for(state_.size(), 1024, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        const TexelPoints::Point p = central_point(input_.texels, input_.texels.texels[t]);
+        const atlas::SurfacePoint at = atlas::point_at(input_.layout, p.triangle, p.at);
+        const radiosity::ElementId e = input_.elements.at(at.triangle, at.u, at.v, false);
+        share_[t] = e == radiosity::kNoElement ? 0.0f : indirect[e].sum();
+      }
+    });
+    double mean = 0;
+    for (const float v : share_)
+      mean += static_cast<double>(v) / static_cast<double>(share_.size());
+    if (!(mean > 0)) {
+      share_.assign(state_.size(), 1.0f);
+      return;
+    }
+    double sum = 0;
+    for (float& v : share_) {
+      v = std::clamp(static_cast<float>(std::pow(static_cast<double>(v) / mean, kShareOfLight)),
+                     kFewestShare, kMostShare);
+      sum += static_cast<double>(v);
+    }
+    const auto scale = static_cast<float>(static_cast<double>(share_.size()) / sum);
+    for (float& v : share_) v *= scale;
+  }
+
+  int rays_of(std::uint32_t t) const {
+    return std::max(kFewestRays, static_cast<int>(share_[t] * static_cast<float>(settings_.rays)));
+  }
+
   /// Texels with something closer above them than their own edge: under furniture, behind frames.
   /// They do not share with open ones, whatever the corners of a block say.
   void find_covered() {
-    covered_.assign(state_.size(), 0);
     const auto edge = static_cast<float>(1.0 / input_.layout.texels_per_metre);
     parallel_for(state_.size(), 1024, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
@@ -99,7 +140,7 @@ class IndirectMap {
                                     central_point(input_.texels, input_.texels.texels[t]),
                                     input_.direct.lift());
         const rays::Ray up{at.frame.origin, at.frame.normal, 0.0f, edge};
-        covered_[t] = input_.caster.occluded(up, at.triangle) ? 1 : 0;
+        texel_[t].covered = input_.caster.occluded(up, at.triangle);
       }
     });
   }
@@ -154,12 +195,15 @@ class IndirectMap {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t t = wanted[i];
         const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
-        const Gather::Value v = gather_(points, settings_.rays,
-                                        static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)),
-                                        block[begin / kGrain]);
-        value_[t] = v.irradiance;
+        const Gather::Value v =
+            gather_(points, rays_of(t), static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)),
+                    block[begin / kGrain]);
+        texel_[t].irradiance = v.irradiance;
+        texel_[t].variance = v.variance;
+        texel_[t].normal =
+            receiver_at(input_.scene, input_.layout, points.point[0], 0.0f).frame.normal;
+        texel_[t].gathered = true;
         distance_[t] = v.distance;
-        normal_[t] = receiver_at(input_.scene, input_.layout, points.point[0], 0.0f).frame.normal;
         state_[t] = kComputed;
       }
     });
@@ -198,12 +242,12 @@ class IndirectMap {
       corner[i] = texel_at(b, c[0], c[1]);
       if (corner[i] == scene::kNone) return false;
       nearest = std::min(nearest, distance_[corner[i]]);
-      if (dot(normal_[corner[i]], normal_[corner[0]]) < kSameSurface) return false;
+      if (dot(texel_[corner[i]].normal, texel_[corner[0]].normal) < kSameSurface) return false;
     }
     for (int y = b.y0; y <= b.y1; ++y) {
       for (int x = b.x0; x <= b.x1; ++x) {
         const std::uint32_t t = texel_at(b, x, y);
-        if (t == scene::kNone || covered_[t] != covered_[corner[0]]) return false;
+        if (t == scene::kNone || texel_[t].covered != texel_[corner[0]].covered) return false;
       }
     }
     const double edge = std::max(b.x1 - b.x0, b.y1 - b.y0) / input_.layout.texels_per_metre;
@@ -211,7 +255,7 @@ class IndirectMap {
     const int xm = (b.x0 + b.x1) / 2;
     const int ym = (b.y0 + b.y1) / 2;
     const Rgb guess = bilinear(b, corner, xm, ym);
-    const Rgb off = value_[texel_at(b, xm, ym)] - guess;
+    const Rgb off = texel_[texel_at(b, xm, ym)].irradiance - guess;
     const float worst = std::max({std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
     return static_cast<double>(worst) <= settings_.tolerance * input_.mean_irradiance;
   }
@@ -221,8 +265,8 @@ class IndirectMap {
         b.x1 > b.x0 ? static_cast<float>(x - b.x0) / static_cast<float>(b.x1 - b.x0) : 0;
     const float t =
         b.y1 > b.y0 ? static_cast<float>(y - b.y0) / static_cast<float>(b.y1 - b.y0) : 0;
-    return (value_[corner[0]] * (1 - s) + value_[corner[1]] * s) * (1 - t) +
-           (value_[corner[2]] * (1 - s) + value_[corner[3]] * s) * t;
+    const auto value = [&](std::size_t i) { return texel_[corner[i]].irradiance; };
+    return (value(0) * (1 - s) + value(1) * s) * (1 - t) + (value(2) * (1 - s) + value(3) * s) * t;
   }
 
   void fill(const Block& b) {
@@ -232,7 +276,7 @@ class IndirectMap {
       for (int x = b.x0; x <= b.x1; ++x) {
         const std::uint32_t t = texel_at(b, x, y);
         if (state_[t] != kUnknown) continue;
-        value_[t] = bilinear(b, corner, x, y);
+        texel_[t].irradiance = bilinear(b, corner, x, y);
         state_[t] = kShared;
       }
     }
@@ -243,11 +287,10 @@ class IndirectMap {
   BakeCounts& counts_;
   const Progress& progress_;
   Gather gather_;
-  std::vector<Rgb> value_;
+  std::vector<GatheredTexel> texel_;
   std::vector<float> distance_;
-  std::vector<Vec3f> normal_;
   std::vector<std::uint8_t> state_;
-  std::vector<std::uint8_t> covered_;
+  std::vector<float> share_;  // of each texel in the rays, mean 1
   std::size_t computed_so_far_ = 0;
 };
 

@@ -66,15 +66,19 @@ TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel&
 
 TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::Point& point,
                                 Vec2f by) {
-  TexelPoints::Point moved = point;
-  moved.at = moved.at + Vec2f{(by.x - 0.5f) * 0.25f, (by.y - 0.5f) * 0.25f};
   const auto& uv = layout.uv[point.triangle];
   const float whole = cross(uv[1] - uv[0], uv[2] - uv[0]);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const float part = cross(uv[(k + 1) % 3] - uv[k], moved.at - uv[k]);
-    if (part * whole <= 0) return point;
+  const auto inside = [&](Vec2f at) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (cross(uv[(k + 1) % 3] - uv[k], at - uv[k]) * whole <= 0) return false;
+    }
+    return true;
+  };
+  const Vec2f step{(by.x - 0.5f) * 0.25f, (by.y - 0.5f) * 0.25f};
+  for (const Vec2f at : {point.at + step, point.at - step}) {
+    if (inside(at)) return {point.triangle, at};
   }
-  return moved;
+  return point;
 }
 
 radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,

@@ -26,8 +26,9 @@ TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel);
 /// The covered point nearest to the centroid of the texel's surface.
 TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel& texel);
 
-/// The point moved by a part of a sample's share, (x, y) in [0, 1)^2 about the middle; a point that
-/// would leave its triangle stays where it is (beyond an edge may lie another room).
+/// The point moved by a part of a sample's share, (x, y) in [0, 1)^2 about the middle. A point that
+/// would leave its triangle is moved the other way, or stays where it is (beyond an edge may lie
+/// another room).
 TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::Point& point,
                                 Vec2f by);
 

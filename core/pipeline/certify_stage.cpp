@@ -12,12 +12,12 @@ namespace {
 
 /// Texels drawn for judging; the certificate uses a prefix.
 constexpr std::size_t kProbes = 2000;
-constexpr std::size_t kPointsPerProbe = 256;
 constexpr double kFewestPaths = 3e4;
 constexpr double kMostPaths = 2e6;
 
 /// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
 /// shuffled.
+/// The probes read `places` when they are judged.
 std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const LightBake& light,
                                          std::uint64_t seed) {
   const auto& texels = places.texels.texels;
@@ -39,15 +39,17 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
         static_cast<std::size_t>(std::upper_bound(up_to.begin(), up_to.end(), at) - up_to.begin()));
     accuracy::Probe probe;
     probe.value = light.baked.irradiance[t];
-    // Many points, moved at random within their share of the texel, so that shadow edges are judged
-    // by where they run and not by the baker's own pattern.
-    const auto points = lightmap::texel_points(places.texels, texels[t]);
-    for (std::size_t i = 0; i < kPointsPerProbe; ++i) {
-      const auto moved = lightmap::moved_within(places.layout, points.point[i % points.count],
-                                                {random.next_float(), random.next_float()});
-      const auto q = atlas::point_at(places.layout, moved.triangle, moved.at);
-      probe.points.push_back({q.triangle, q.u, q.v, false});
-    }
+    // Points anywhere in the samples' shares of the texel, new ones for every path, so that shadow
+    // edges are judged by where they run and not by the baker's own pattern.
+    probe.points = [&layout = places.layout,
+                    points = lightmap::texel_points(places.texels, texels[t])](float which,
+                                                                               Vec2f within) {
+      const auto i = static_cast<std::uint32_t>(which * static_cast<float>(points.count));
+      const auto moved =
+          lightmap::moved_within(layout, points.point[std::min(points.count - 1, i)], within);
+      const auto q = atlas::point_at(layout, moved.triangle, moved.at);
+      return accuracy::SurfacePoint{q.triangle, q.u, q.v, false};
+    };
     probes.push_back(std::move(probe));
   }
   for (std::size_t k = probes.size(); k > 1; --k) {

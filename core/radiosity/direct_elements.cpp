@@ -37,6 +37,32 @@ std::vector<std::uint32_t> choose_resolved(const SolverInput& input) {
   return order;
 }
 
+std::uint16_t with_state(std::uint16_t states, std::size_t k, LightState s) {
+  const auto cleared = static_cast<unsigned>(states) & ~(3u << (2 * k));
+  return static_cast<std::uint16_t>(cleared | (static_cast<unsigned>(s) << (2 * k)));
+}
+
+/// A few samples may miss an edge that runs through an element. Only a cell whose neighbours are
+/// all of its own state is believed to be wholly lit or wholly dark; groups of small triangles,
+/// which have no neighbours, only when dark.
+void doubt_borders(const Elements& elements, Solution& solution) {
+  const std::vector<std::uint16_t> measured = solution.light_state;
+  for (ElementId e = 0; e < elements.count(); ++e) {
+    std::array<ElementId, 8> around{};
+    const std::size_t count = elements.is_cell(e) ? elements.neighbours(e, around.data()) : 0;
+    for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
+      const LightState own = solution.state(e, k);
+      bool sure = own == LightState::kDark || elements.is_cell(e);
+      for (std::size_t i = 0; i < count; ++i) {
+        sure = sure && ((measured[around[i]] >> (2 * k)) & 3u) == static_cast<unsigned>(own);
+      }
+      if (!sure) {
+        solution.light_state[e] = with_state(solution.light_state[e], k, LightState::kMixed);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Solution measure_direct(const SolverInput& input, const SolverOptions& options,
@@ -108,11 +134,12 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
         const LightState s = lit[k] > 0 && dark[k] > 0 ? LightState::kMixed
                              : lit[k] > 0              ? LightState::kLit
                                                        : LightState::kDark;
-        state = static_cast<std::uint16_t>(state | (static_cast<unsigned>(s) << (2 * k)));
+        state = with_state(state, k, s);
       }
       if (!solution.light_state.empty()) solution.light_state[e] = state;
     }
   });
+  if (!solution.light_state.empty() && !progress.cancelled()) doubt_borders(elements, solution);
   for (const RayCounts& c : counts) solution.statistics.rays += c;
   return solution;
 }

@@ -139,8 +139,10 @@ Result<Solution> solve_linked(const SolverInput& input, const SolverOptions& opt
     const Rgbd total = to_double(solution.irradiance[e] + rays.sky[e] + gathered[e]);
     return total * (Rgbd{1, 1, 1} - to_double(elements.reflectance(e)));
   });
+  solution.indirect.resize(count);
   for (ElementId e = 0; e < count; ++e) {
     const Rgb rest = rays.sky[e] + gathered[e];
+    solution.indirect[e] = rest;
     solution.irradiance[e] += rest;
     solution.unresolved[e] = elements.reflectance(e) * (solution.unresolved[e] + rest);
   }

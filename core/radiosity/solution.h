@@ -25,6 +25,10 @@ struct Solution {
   std::vector<Rgb> radiosity;              // per element, lm/m2, all light
   std::vector<Rgb> unresolved;             // per element, without the resolved lights' direct part
   std::vector<Rgb> irradiance;             // per element, lux, all light
+  std::vector<Rgb> indirect;               // per element, lux, from the hemisphere: sky and
+                                           // interreflection
+  std::vector<float> crowding;             // per element, share of its hemisphere that is nearer
+                                           // than 1.5 element edges; empty: not known
   std::vector<std::uint32_t> resolved;     // indices of punctual lights, at most kResolvedLights
   std::vector<std::uint16_t> light_state;  // 2 bits per resolved light; empty when there is none
 

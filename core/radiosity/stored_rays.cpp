@@ -40,9 +40,9 @@ int ray_count(const Elements& elements, ElementId e, int rays) {
   return std::max(2, static_cast<int>(std::lround(rays * share)));
 }
 
-/// Shoots the rays of every element. sky: irradiance from escaping rays.
+/// Shoots the rays of every element. sky: irradiance from escaping rays; crowding: as in Solution.
 Links shoot(const SolverInput& input, const SolverOptions& options, std::vector<Rgb>& sky,
-            RayCounts& counts, const Progress& progress) {
+            std::vector<float>& crowding, RayCounts& counts, const Progress& progress) {
   const Elements& elements = input.elements;
   const bool sheets = input.optics.filtered_count() > 0;
   const std::size_t blocks = (elements.count() + kGrain - 1) / kGrain;
@@ -56,6 +56,8 @@ Links shoot(const SolverInput& input, const SolverOptions& options, std::vector<
   Links links;
   links.scale.resize(elements.count());
   sky.assign(elements.count(), Rgb{});
+  crowding.assign(elements.count(), 0.0f);
+  const auto near = static_cast<float>(1.5 * elements.edge());
   parallel_for(elements.count(), kGrain, [&](std::size_t begin, std::size_t end) {
     if (progress.cancelled()) return;
     Block& out = block[begin / kGrain];
@@ -65,6 +67,7 @@ Links shoot(const SolverInput& input, const SolverOptions& options, std::vector<
       const OwenSobol8 sequence(static_cast<std::uint32_t>(item_seed(options.seed, e, 3)));
       const std::size_t before = out.source.size();
       Rgbd from_sky;
+      int near_hits = 0;
       for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(rays); ++k) {
         const Vec2f ab = sequence.pair(k, 2);
         const ElementPoint p = elements.point(e, ab.x, ab.y);
@@ -75,6 +78,7 @@ Links shoot(const SolverInput& input, const SolverOptions& options, std::vector<
         walk_hemisphere_ray(
             input.optics, input.caster, {frame.origin, direction}, p.triangle, out.counts,
             [&](const rays::Hit& hit, const Rgb& weight) {
+              if (hit.t < near) ++near_hits;
               const ElementId source = input.lookup.at(hit);
               if (source == kNoElement) return;
               out.source.push_back(source);
@@ -84,6 +88,7 @@ Links shoot(const SolverInput& input, const SolverOptions& options, std::vector<
               from_sky += to_double(weight * input.sky.radiance(direction));
             });
       }
+      crowding[e] = static_cast<float>(near_hits) / static_cast<float>(rays);
       links.scale[e] = 1.0f / static_cast<float>(rays);
       sky[e] = to_float(from_sky * (kPiDouble / rays));
       out.row.push_back(static_cast<std::uint32_t>(out.source.size() - before));
@@ -161,7 +166,7 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
   std::vector<Rgb> sky(count);
   Links links;
   if (options.interreflection || !input.sky.is_black()) {
-    links = shoot(input, options, sky, statistics.rays, progress);
+    links = shoot(input, options, sky, solution.crowding, statistics.rays, progress);
     if (progress.cancelled()) return cancelled();
   }
   if (!options.interreflection) links = Links{};
@@ -239,8 +244,10 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
     const Rgbd total = to_double(solution.irradiance[e] + sky[e] + gathered[e]);
     return total * (Rgbd{1, 1, 1} - to_double(elements.reflectance(e)));
   });
+  solution.indirect.resize(count);
   for (ElementId e = 0; e < count; ++e) {
     const Rgb rest = sky[e] + gathered[e];
+    solution.indirect[e] = rest;
     solution.irradiance[e] += rest;
     solution.unresolved[e] = elements.reflectance(e) * (solution.unresolved[e] + rest);
   }

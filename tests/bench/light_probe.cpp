@@ -102,10 +102,39 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", places.status().to_string().c_str());
     return 3;
   }
-  const auto settings =
+  auto settings =
       accuracy::settings_for(options.target_error, pipeline::measure_for_settings(p, *places),
                              options.seed, number("--effort", 1));
-  auto bake = pipeline::bake_light(options, p, *places, settings, clock, silent);
+  // Single settings, to see what each of them is worth.
+  settings.elements.edge = number("--edge", settings.elements.edge);
+  settings.solver.rays = static_cast<int>(number("--stored-rays", settings.solver.rays));
+  settings.solver.direct_samples =
+      static_cast<int>(number("--direct-samples", settings.solver.direct_samples));
+  settings.gather.rays = static_cast<int>(number("--gather-rays", settings.gather.rays));
+  settings.gather.block = static_cast<int>(number("--block", settings.gather.block));
+  settings.gather.tolerance = number("--tolerance", settings.gather.tolerance);
+  settings.gather.reach = number("--reach", settings.gather.reach);
+  settings.gather.deeper = number("--deeper", settings.gather.deeper);
+  settings.gather.pilot_rays = static_cast<int>(number("--pilot-rays", settings.gather.pilot_rays));
+  settings.gather.direct_error = number("--direct-error", settings.gather.direct_error);
+  std::vector<std::uint8_t> selected;
+  if (option.contains("--only")) {
+    selected.resize(places->texels.texels.size());
+    std::istringstream list(option["--only"]);
+    for (std::size_t t; list >> t;) selected[t] = 1;
+  }
+  auto bake = pipeline::bake_light(options, p, *places, settings, clock, silent,
+                                   selected.empty() ? nullptr : &selected);
+  for (std::size_t t = 0; t < selected.size(); ++t) {
+    const auto& texel = places->texels.texels[t];
+    const auto pts = lightmap::texel_points(places->texels, texel);
+    if (selected[t] != 0) {
+      std::printf("texel %zu: %.6g chart %u fragments %zu points %u\n", t,
+                  static_cast<double>(bake->baked.irradiance[t].g), texel.chart,
+                  places->texels.fragments_of(texel).size(), pts.count);
+    }
+  }
+  if (!selected.empty()) return 0;
   const auto pages = lightmap::make_pages(places->layout, places->texels, bake->baked.irradiance);
   const auto certificate = pipeline::certify(options, p, *places, *bake, clock, silent);
   for (const auto& stage : clock.stages()) {
@@ -181,31 +210,63 @@ int main(int argc, char** argv) {
       Rgbd want;
       Vec3f at;
       std::uint32_t triangle;
+      std::uint32_t texel;
+      accuracy::PointSource points;
     };
     std::vector<Row> rows;
     Random random(5);
-    for (int k = 0; k < 1500; ++k) {
-      const auto t = random.below(places->texels.texels.size());
-      const auto pts = lightmap::texel_points(places->texels, places->texels.texels[t]);
-      std::vector<accuracy::SurfacePoint> surface;
-      for (std::uint32_t i = 0; i < pts.count; ++i) {
-        const auto q = atlas::point_at(places->layout, pts.point[i].triangle, pts.point[i].at);
-        surface.push_back({q.triangle, q.u, q.v, false});
+    std::vector<double> up_to;
+    double total = 0, squared = 0, truth = 0;
+    for (const auto& texel : places->texels.texels) {
+      for (const auto& f : places->texels.fragments_of(texel)) {
+        total += static_cast<double>(f.surface);
       }
-      const auto sum = tracer.irradiance(surface, 512, random.next_u64());
-      const Rgb got = bake->baked.irradiance[t];
-      const auto frame = optics::surface_frame(*p.scene, surface[0].triangle, surface[0].u,
-                                               surface[0].v, false, 0);
-      rows.push_back({std::fabs(static_cast<double>(got.sum()) - sum.irradiance.sum()), got,
-                      sum.irradiance, frame.position, surface[0].triangle});
+      up_to.push_back(total);
     }
-    std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.off > b.off; });
+    constexpr int kTexels = 3000;
+    for (int k = 0; k < kTexels; ++k) {
+      const auto t = static_cast<std::size_t>(
+          std::upper_bound(up_to.begin(), up_to.end() - 1, random.next_double() * total) -
+          up_to.begin());
+      const auto pts = lightmap::texel_points(places->texels, places->texels.texels[t]);
+      const auto surface_at = [&places, pts](float which, Vec2f within) {
+        const auto i = static_cast<std::uint32_t>(which * static_cast<float>(pts.count));
+        const auto moved =
+            lightmap::moved_within(places->layout, pts.point[std::min(pts.count - 1, i)], within);
+        const auto q = atlas::point_at(places->layout, moved.triangle, moved.at);
+        return accuracy::SurfacePoint{q.triangle, q.u, q.v, false};
+      };
+      const auto half = tracer.irradiance(surface_at, 512, random.next_u64());
+      const auto sum = tracer.irradiance(surface_at, 512, random.next_u64());
+      const Rgb got = bake->baked.irradiance[t];
+      const Rgbd off1 = to_double(got) - half.irradiance, off2 = to_double(got) - sum.irradiance;
+      squared += (off1 * off2).sum() / 3 / kTexels;
+      truth += (half.irradiance + sum.irradiance).sum() / 6 / kTexels;
+      const auto centre = surface_at(0.5f, {0.5f, 0.5f});
+      const auto frame =
+          optics::surface_frame(*p.scene, centre.triangle, centre.u, centre.v, false, 0);
+      rows.push_back({std::fabs(static_cast<double>(got.sum()) - sum.irradiance.sum()), got,
+                      sum.irradiance, frame.position, centre.triangle,
+                      static_cast<std::uint32_t>(t), surface_at});
+    }
+    std::printf("area-uniform texels: relRMSE %.2f %%\n",
+                100 * std::sqrt(std::max(0.0, squared)) / truth);
+    const auto by_error = [](const Row& a, const Row& b) { return a.off > b.off; };
+    std::sort(rows.begin(), rows.end(), by_error);
+    // The foremost once more, so that the path tracer's own noise is not what is listed.
+    rows.resize(std::min<std::size_t>(rows.size(), 60));
+    for (Row& r : rows) {
+      const auto sum = tracer.irradiance(r.points, 1 << 16, random.next_u64());
+      r.want = sum.irradiance;
+      r.off = std::fabs(static_cast<double>(r.got.sum()) - r.want.sum());
+    }
+    std::sort(rows.begin(), rows.end(), by_error);
     for (std::size_t k = 0; k < static_cast<std::size_t>(number("--worst", 10)); ++k) {
       const Row& r = rows[k];
-      std::printf("  off %9.4g got %9.4g want %9.4g at %7.3f %7.3f %7.3f %s\n", r.off,
+      std::printf("  off %9.4g got %9.4g want %9.4g at %7.3f %7.3f %7.3f %s texel %u\n", r.off,
                   static_cast<double>(r.got.g), r.want.g, static_cast<double>(r.at.x),
                   static_cast<double>(r.at.y), static_cast<double>(r.at.z),
-                  p.scene->objects[p.scene->triangles[r.triangle].object].name.c_str());
+                  p.scene->objects[p.scene->triangles[r.triangle].object].name.c_str(), r.texel);
     }
   }
   if (option.contains("--picture")) {

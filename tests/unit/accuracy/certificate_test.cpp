@@ -47,7 +47,8 @@ class LampScene {
     for (Probe& probe : probes) {
       const double x = 4 * random.next_double() - 2, z = 4 * random.next_double() - 2;
       const auto s = static_cast<float>((x + 2) / 4), t = static_cast<float>((2 - z) / 4);
-      probe.points = {s >= t ? SurfacePoint{0, s - t, t, false} : SurfacePoint{1, s, t - s, false}};
+      probe.points =
+          among({s >= t ? SurfacePoint{0, s - t, t, false} : SurfacePoint{1, s, t - s, false}});
       const auto error = [&] {
         const double u = 1 - random.next_double(), v = random.next_double();
         const double gauss = std::sqrt(-2 * std::log(u)) * std::cos(2 * kPiDouble * v);
@@ -144,11 +145,11 @@ TEST(Certificate, EmptyBlackAndTinyInputs) {
   kit.finish();
   const PathTracer tracer(kit.caster(), kit.optics(), kBlackSky);
   EXPECT_EQ(certify(tracer, {}, {}, Progress()).value().probes, 0u);
-  const std::vector<Probe> black = {{Rgb{}, {{0, 0.3f, 0.3f, false}}}};
+  const std::vector<Probe> black = {{Rgb{}, among({{0, 0.3f, 0.3f, false}})}};
   const Certificate c = certify(tracer, black, {}, Progress()).value();
   EXPECT_EQ(c.relrmse, 0);
   EXPECT_TRUE(c.met);
-  const std::vector<Probe> lit = {{Rgb{1, 1, 1}, {{0, 0.3f, 0.3f, false}}}};
+  const std::vector<Probe> lit = {{Rgb{1, 1, 1}, among({{0, 0.3f, 0.3f, false}})}};
   EXPECT_TRUE(certify(tracer, lit, {0.02, 1000, 1}, Progress()).value().missed);
 
   std::atomic<bool> stop = true;

@@ -291,7 +291,7 @@ TEST(PathTracer, SeedsAreIndependentAndRepeatable) {
     square += x * x;
   }
   EXPECT_LT(std::abs(product / square), 4 / std::sqrt(400));
-  EXPECT_EQ(tracer.irradiance({}, 10, 1).paths, 0u);
+  EXPECT_EQ(tracer.irradiance(std::vector<SurfacePoint>{}, 10, 1).paths, 0u);
   EXPECT_EQ(tracer.irradiance(points, 0, 1).paths, 0u);
 }
 

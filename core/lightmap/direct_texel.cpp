@@ -1,0 +1,205 @@
+#include "core/lightmap/direct_texel.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/random.h"
+#include "core/math/sobol.h"
+
+namespace lightbatch::lightmap {
+namespace {
+
+using radiosity::EmitterTerms;
+using radiosity::PunctualLight;
+using radiosity::Receiver;
+using radiosity::VisibilitySum;
+
+/// Owen-Sobol samples of a visibility edge have a standard error of about this times N^-0.75.
+constexpr double kEdgeError = 0.5;
+/// The same where N samples go to each sixteenth of a texel that the edge touches: about five of
+/// them, each a sixteenth of the whole.
+constexpr double kSixteenthsError = kEdgeError * 2.24 / 16;
+constexpr int kMostEmitterRays = 4096;
+constexpr int kMostEdgeRounds = 1024;
+/// Rays from every sixteenth of a refined texel, before it is known where edges run.
+constexpr std::uint32_t kFirstRounds = 4;
+/// Shares of a light that differ by more than this are two states.
+constexpr float kSameShare = 0.02f;
+
+/// Points of a texel used by the pilot: a spread of up to `wanted`.
+std::uint32_t stride_for(const TexelPoints& points, std::uint32_t wanted) {
+  return std::max(1u, points.count / std::max(1u, wanted));
+}
+
+const TexelPoints::Point& spread_point(const TexelPoints& points, std::uint32_t stride,
+                                       std::uint32_t i) {
+  return points.point[std::min(points.count - 1, i * stride + stride / 2)];
+}
+
+/// What one sixteenth of a texel sees of one light.
+struct Sixteenth {
+  Rgbd sum;
+  float lowest = 1, highest = 0;  // shares
+  std::uint32_t taken = 0;
+  bool mixed() const { return highest - lowest > kSameShare; }
+  float middle() const { return 0.5f * (lowest + highest); }
+};
+
+bool adjacent(const TexelPoints::Point& a, const TexelPoints::Point& b) {
+  constexpr float kNext = 0.3f;  // a sixteenth is a quarter of a texel across
+  return std::fabs(a.at.x - b.at.x) < kNext && std::fabs(a.at.y - b.at.y) < kNext;
+}
+
+}  // namespace
+
+DirectTexel::DirectTexel(const BakeInput& input, const GatherSettings& settings)
+    : input_(input), settings_(settings), lights_(input.direct.sources().punctual()) {}
+
+int DirectTexel::samples_for(double open, double constant, int most) const {
+  const double mean = input_.mean_irradiance > 0 ? input_.mean_irradiance : open;
+  const double wanted = std::pow(constant * open / (settings_.direct_error * mean), 4.0 / 3.0);
+  return static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(most)));
+}
+
+EmitterPart DirectTexel::emitters(std::uint32_t t, std::uint32_t wanted, int rays,
+                                  VisibilitySum& seen, BakeCounts& counts) const {
+  const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
+  const std::uint32_t stride = stride_for(points, wanted);
+  const std::uint32_t used = (points.count + stride - 1) / stride;
+  const int rays_each = std::max(1, rays / static_cast<int>(used));
+  const auto seed = static_cast<std::uint32_t>(item_seed(input_.seed, t, 11));
+  Rgbd arrives, open;
+  for (std::uint32_t i = 0; i < used; ++i) {
+    const Receiver at = receiver_at(input_.scene, input_.layout, spread_point(points, stride, i),
+                                    input_.direct.lift());
+    const EmitterTerms terms =
+        input_.direct.emitter_terms(at, item_seed(input_.seed, t, 200 + i), counts.rays);
+    if (terms.count == 0) continue;
+    const VisibilitySum own = input_.direct.emitter_visibility(
+        at, terms, rays_each, i * static_cast<std::uint32_t>(rays_each), seed, counts.rays);
+    arrives += to_double(terms.total * own.share());
+    open += to_double(terms.total);
+    seen.add(own);
+  }
+  const double scale = 1.0 / used;
+  return {
+      to_float(arrives * scale), to_float(open * scale),
+      static_cast<float>(3 * kEdgeError * std::pow(rays_each * static_cast<double>(used), -0.75))};
+}
+
+EmitterPart DirectTexel::pilot_emitters(std::uint32_t t, DirectPilot& pilot,
+                                        BakeCounts& counts) const {
+  VisibilitySum seen;
+  const int rays = std::clamp(settings_.pilot_rays, 1, 16);
+  const EmitterPart part = emitters(t, static_cast<std::uint32_t>(rays), rays, seen, counts);
+  pilot.measured = true;
+  if (!part.open.is_black()) {
+    pilot.emitters = seen.none()   ? DirectPilot::kDark
+                     : seen.full() ? DirectPilot::kLit
+                                   : DirectPilot::kMixed;
+  }
+  return part;
+}
+
+EmitterPart DirectTexel::refined_emitters(std::uint32_t t, const Rgb& open,
+                                          BakeCounts& counts) const {
+  VisibilitySum seen;
+  const int rays =
+      std::max(8, samples_for(static_cast<double>(open.max()), kEdgeError, kMostEmitterRays));
+  return emitters(t, 16, rays, seen, counts);
+}
+
+Rgb DirectTexel::pilot_punctual(std::uint32_t t, DirectPilot& pilot, BakeCounts& counts) const {
+  Rgbd sum;
+  if (lights_.empty()) return {};
+  const atlas::Texel& texel = input_.texels.texels[t];
+  const TexelPoints points = texel_points(input_.texels, texel);
+  const std::uint32_t stride =
+      stride_for(points, static_cast<std::uint32_t>(std::clamp(settings_.pilot_rays, 1, 16)));
+  const std::uint32_t used = (points.count + stride - 1) / stride;
+  const float lift = input_.direct.lift();
+  const Receiver centre =
+      receiver_at(input_.scene, input_.layout, central_point(input_.texels, texel), lift);
+  std::array<Receiver, 16> at;
+  for (std::uint32_t i = 0; i < used; ++i) {
+    at[i] = receiver_at(input_.scene, input_.layout, spread_point(points, stride, i), lift);
+  }
+  pilot.measured = true;
+  std::uint32_t hash = 1;
+  for (const PunctualLight& light : lights_) {
+    Rgbd open;
+    bool any_dark = false;
+    for (std::uint32_t i = 0; i < used; ++i) {
+      const Rgb value = light.irradiance(at[i].frame.position, at[i].frame.normal);
+      any_dark = any_dark || value.is_black();
+      open += to_double(value);
+    }
+    if (open.is_black()) {
+      hash = hash * 0x9e3779b1u + 1;
+      continue;
+    }
+    // The edge of a cone or of a range, a sheet's edge, a shadow's edge.
+    const Rgb share = input_.direct.punctual_visibility(centre, light, counts.rays);
+    bool mixed = any_dark || (!(share == Rgb{1, 1, 1}) && !share.is_black());
+    for (std::uint32_t i = 0; pilot.thorough && i < used && !mixed; ++i) {
+      mixed = !(input_.direct.punctual_visibility(at[i], light, counts.rays) == share);
+    }
+    pilot.punctual_mixed = pilot.punctual_mixed || mixed;
+    hash = hash * 0x9e3779b1u + (share.is_black() ? 2 : 3);
+    sum += open * to_double(share);
+  }
+  pilot.punctual = hash;
+  return to_float(sum / static_cast<double>(used));
+}
+
+Rgbd DirectTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& points,
+                            BakeCounts& counts) const {
+  const PunctualLight& light = lights_[l];
+  const float lift = input_.direct.lift();
+  std::array<Sixteenth, 16> part;
+  double open_sum = 0;
+  const auto take = [&](std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
+    const OwenSobol2 shift(static_cast<std::uint32_t>(item_seed(input_.seed, t, 300 + 16 * l + i)));
+    for (std::uint32_t round = begin; round < end; ++round) {
+      const Receiver at =
+          receiver_at(input_.scene, input_.layout,
+                      moved_within(input_.layout, points.point[i], shift.point(round)), lift);
+      const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
+      const Rgb share =
+          open.is_black() ? Rgb{} : input_.direct.punctual_visibility(at, light, counts.rays);
+      const float seen = share.sum() / 3;
+      part[i].lowest = std::min(part[i].lowest, seen);
+      part[i].highest = std::max(part[i].highest, seen);
+      part[i].sum += to_double(open * share);
+      ++part[i].taken;
+      open_sum = std::max(open_sum, static_cast<double>(open.max()));
+    }
+  };
+  for (std::uint32_t i = 0; i < points.count; ++i) take(i, 0, kFirstRounds);
+  std::array<bool, 16> edge{};
+  for (std::uint32_t i = 0; i < points.count; ++i) {
+    edge[i] = part[i].mixed();
+    for (std::uint32_t j = 0; j < points.count && !edge[i]; ++j) {
+      edge[i] = adjacent(points.point[i], points.point[j]) &&
+                (part[j].mixed() || std::fabs(part[i].middle() - part[j].middle()) > kSameShare);
+    }
+  }
+  const auto rounds =
+      static_cast<std::uint32_t>(samples_for(open_sum, kSixteenthsError, kMostEdgeRounds));
+  Rgbd total;
+  for (std::uint32_t i = 0; i < points.count; ++i) {
+    if (edge[i] && rounds > kFirstRounds) take(i, kFirstRounds, rounds);
+    total += part[i].sum / static_cast<double>(part[i].taken);
+  }
+  return total / static_cast<double>(points.count);
+}
+
+Rgb DirectTexel::refined_punctual(std::uint32_t t, BakeCounts& counts) const {
+  const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
+  Rgbd total;
+  for (std::size_t l = 0; l < lights_.size(); ++l) total += one_light(t, l, points, counts);
+  return to_float(total);
+}
+
+}  // namespace lightbatch::lightmap

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/atlas/layout.h"
+#include "core/atlas/texels.h"
+#include "core/scene/scene.h"
+
+namespace lightbatch::lightmap {
+
+/// The texel itself (at 4) and its eight neighbours in its own chart, row by row; kNone where there
+/// is none. Opposite neighbours are k and 8 - k.
+inline std::array<std::uint32_t, 9> neighbourhood(const atlas::TexelMap& map,
+                                                  const atlas::Layout& layout, std::uint32_t t) {
+  std::array<std::uint32_t, 9> at;
+  at.fill(scene::kNone);
+  const atlas::Texel& texel = map.texels[t];
+  const atlas::Page& page = layout.pages[texel.page];
+  const auto& index = map.index[texel.page];
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int x = texel.x + dx;
+      const int y = texel.y + dy;
+      if (x < 0 || y < 0 || x >= page.width || y >= page.height) continue;
+      const std::uint32_t other = index[static_cast<std::size_t>(y * page.width + x)];
+      if (other != scene::kNone && map.texels[other].chart == texel.chart) {
+        at[static_cast<std::size_t>(3 * (dy + 1) + dx + 1)] = other;
+      }
+    }
+  }
+  at[4] = t;
+  return at;
+}
+
+}  // namespace lightbatch::lightmap

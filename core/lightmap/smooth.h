@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "core/lightmap/bake.h"
+
+namespace lightbatch::lightmap {
+
+/// One texel's gathered light and what is known of it.
+struct GatheredTexel {
+  Rgb irradiance;      // lux
+  float variance = 0;  // of the mean of the channels, estimated from the gather's own halves; 0:
+                       // not gathered (shared)
+  Vec3f normal;  // of gathered texels
+  bool gathered = false;
+  bool covered = false;  // something is closer above it than the texel's edge
+};
+
+/// Evens out the gather's noise: a texel becomes the mean over itself and those pairs of opposite
+/// neighbours that with it make a straight line, as far as the noise tells. Pairs keep gradients;
+/// what bends by more than noise stays as it is.
+std::vector<Rgb> smooth_gathered(const BakeInput& input, const std::vector<GatheredTexel>& texels);
+
+}  // namespace lightbatch::lightmap
