@@ -1,5 +1,6 @@
 #include "core/rays/caster.h"
 
+#include "core/base/check.h"
 #include "core/rays/caster_tree.h"
 
 namespace lightbatch::rays {
@@ -7,7 +8,7 @@ namespace lightbatch::rays {
 bool has_avx2() {
 #if defined(__x86_64__)
   return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-         __builtin_cpu_supports("bmi");
+         __builtin_cpu_supports("bmi") && __builtin_cpu_supports("popcnt");
 #else
   return false;
 #endif
@@ -49,6 +50,11 @@ Hit Caster::closest(const Ray& ray, std::uint32_t exclude, HitFilter* filter) co
 bool Caster::occluded(const Ray& ray, std::uint32_t exclude_a, std::uint32_t exclude_b,
                       HitFilter* filter) const {
   return tree_->kernel->occluded(tree_->wide, ray, exclude_a, exclude_b, filter);
+}
+
+std::uint32_t Caster::occluded(std::span<const Segment> segments) const {
+  LB_CHECK(segments.size() <= kMostSegments, "more segments than a bundle takes");
+  return segments.empty() ? 0 : tree_->kernel->packet(tree_->wide, segments);
 }
 
 std::size_t Caster::memory_bytes() const { return tree_->wide.memory_bytes(); }

@@ -21,6 +21,13 @@ struct Ray {
   float t_max = std::numeric_limits<float>::infinity();
 };
 
+/// A ray to be asked for occlusion, and the triangles that do not count.
+struct Segment {
+  Ray ray;
+  std::uint32_t exclude_a = kNoTriangle;
+  std::uint32_t exclude_b = kNoTriangle;
+};
+
 /// The point is (1 - u - v) a + u b + v c of the triangle (a, b, c).
 struct Hit {
   std::uint32_t triangle = kNoTriangle;
@@ -68,11 +75,15 @@ class Caster {
   bool occluded(const Ray& ray, std::uint32_t exclude_a = kNoTriangle,
                 std::uint32_t exclude_b = kNoTriangle, HitFilter* filter = nullptr) const;
 
+  static constexpr std::size_t kMostSegments = 16;
+  /// At most 16 segments at once, as a link of radiosity asks for: bit i is what occluded() says of
+  /// segment i. Several times as fast when they run close together, as between two clusters.
+  std::uint32_t occluded(std::span<const Segment> segments) const;
+
   /// Bytes held by the casting tree, triangles included.
   std::size_t memory_bytes() const;
 
  private:
-  friend class Bundle;
   struct Tree;
   std::unique_ptr<Tree> tree_;
 };

@@ -17,11 +17,6 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-struct Segment {
-  Ray ray;
-  std::uint32_t from, to;
-};
-
 std::vector<Segment> surface_pairs(std::span<const Vec3f> positions,
                                    std::span<const std::array<std::uint32_t, 3>> triangles,
                                    const CompareOptions& options) {
@@ -47,7 +42,7 @@ std::vector<Segment> surface_pairs(std::span<const Vec3f> positions,
                       corner(t, 2) * (q * r));
     };
     Segment s{};
-    const Vec3f a = pick(s.from), b = pick(s.to);
+    const Vec3f a = pick(s.exclude_a), b = pick(s.exclude_b);
     s.ray = {a, b - a, 0, 1};
     segments.push_back(s);
   }
@@ -80,7 +75,7 @@ std::vector<ComparisonRow> compare(std::span<const Aabb> boxes, std::span<const 
     const Caster caster(*tree, positions, triangles, {});
     start = Clock::now();
     for (const Segment& segment : segments) {
-      caster.occluded(segment.ray, segment.from, segment.to);
+      caster.occluded(segment.ray, segment.exclude_a, segment.exclude_b);
     }
     const double spent = seconds_since(start);
     if (spent > 0) row.rays_per_second = static_cast<double>(segments.size()) / spent;

@@ -5,12 +5,9 @@
 #include <span>
 
 #include "core/rays/caster.h"
-#include "core/rays/shaft.h"
 #include "core/rays/wide_tree.h"
 
 namespace lightbatch::rays {
-
-constexpr std::size_t kTooMany = ~std::size_t{0};
 
 /// The casting loops, compiled once for each instruction set from kernel_impl.h. All give the same
 /// answers bit for bit: ExactTest decides.
@@ -18,9 +15,8 @@ struct Kernel {
   Hit (*closest)(const WideTree&, const Ray&, std::uint32_t exclude, HitFilter*);
   bool (*occluded)(const WideTree&, const Ray&, std::uint32_t exclude_a, std::uint32_t exclude_b,
                    HitFilter*);
-  /// Packs the leaves that may reach into the shaft into nodes, unless they are more than
-  /// Shaft::kMost: then kTooMany.
-  std::size_t (*gather)(const WideTree&, const Shaft&, WideNode* packs);
+  /// Bit i: something stops segment i. 1 to 16 segments.
+  unsigned (*packet)(const WideTree&, std::span<const Segment>);
 };
 
 const Kernel& baseline_kernel();

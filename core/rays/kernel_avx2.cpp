@@ -18,10 +18,10 @@
 #include "core/rays/exact_test.h"
 
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx2,fma,bmi"))), apply_to = function)
+#pragma clang attribute push(__attribute__((target("avx2,popcnt,fma,bmi"))), apply_to = function)
 #else
 #pragma GCC push_options
-#pragma GCC target("avx2,fma,bmi")
+#pragma GCC target("avx2,popcnt,fma,bmi")
 #endif
 #define LB_KERNEL_AVX2
 
@@ -33,7 +33,7 @@ namespace {
 }  // namespace
 
 const Kernel& avx2_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded, gather_candidates};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_packet};
   return kKernel;
 }
 

@@ -18,14 +18,15 @@
 #include "core/rays/exact_test.h"
 
 #ifdef __clang__
-#pragma clang attribute push(                                                        \
-    __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi,bmi2"))), \
+#pragma clang attribute push(                                                               \
+    __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw,avx2,popcnt,fma,bmi,bmi2"))), \
     apply_to = function)
 #else
 #pragma GCC push_options
-#pragma GCC target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi,bmi2")
+#pragma GCC target("avx512f,avx512vl,avx512dq,avx512bw,avx2,popcnt,fma,bmi,bmi2")
 #endif
 #define LB_KERNEL_AVX2
+#define LB_KERNEL_AVX512
 
 namespace lightbatch::rays {
 namespace {
@@ -35,7 +36,7 @@ namespace {
 }  // namespace
 
 const Kernel& avx512_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded, gather_candidates};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_packet};
   return kKernel;
 }
 

@@ -21,7 +21,7 @@ namespace {
 }  // namespace
 
 const Kernel& baseline_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded, gather_candidates};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_packet};
   return kKernel;
 }
 

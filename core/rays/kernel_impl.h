@@ -6,7 +6,7 @@
 // inverses and products), after the idea of T. Ize, Robust BVH Ray Traversal, JCGT 2(2), 2013.
 // Boxes so gain thickness: flat ones and axis-parallel rays need no special case.
 // Triangles: Woop's test in float, eight at once, with a bound on its error; only triangles that it
-// cannot rule out go to ExactTest.
+// cannot rule out go to ExactTest. Segments that run together share the way through the tree.
 
 // Each needs those before it.
 // clang-format off
@@ -14,5 +14,6 @@
 #include "core/rays/kernel_ray.h"
 #include "core/rays/kernel_leaf.h"
 #include "core/rays/kernel_single.h"
-#include "core/rays/kernel_gather.h"
+#include "core/rays/kernel_wide.h"
+#include "core/rays/kernel_packet.h"
 // clang-format on

@@ -12,9 +12,10 @@ struct LeafMasks {
   unsigned certain;  // surely hit, and at a distance that surely counts
 };
 
-/// The leaf's box was met, so a point of the ray lies in it (and its slack): corners are at most
-/// the leaf's size from the ray in sheared x and y (m), and as far along it as z says (M). The
-/// products of an edge function then carry an error below 36 u M m, u = 2^-24.
+/// Errors, u = 2^-24: with corners at most m from the ray in sheared x and y and at most M along
+/// it, x and y are off by at most u (2 m + 5 M), so the edge functions by u m (12 m + 20 M). First
+/// with the size of the leaf as m: its box was met, so a point of the ray lies in it (and its
+/// slack). What that does not rule out is looked at with its own m.
 struct LeafTest {
   static constexpr float kUnit = 0x1p-24f;
   V8f ox, oy, oz, sx, sy, sz;
@@ -50,19 +51,25 @@ struct LeafTest {
     const V8f v = madd8(x[0], y[2], -(y[0] * x[2]));
     const V8f w = madd8(x[1], y[0], -(y[1] * x[0]));
     const V8f flat = splat8(leaf.size() + slack);
-    const V8f deep = flat + max8(abs8(z[0]), max8(abs8(z[1]), abs8(z[2])));
-    const V8f error = (flat + deep) * flat * (40 * kUnit) + 1e-36f;
+    const V8f deep = max8(abs8(z[0]), max8(abs8(z[1]), abs8(z[2])));
+    const V8f coarse = (flat + deep) * flat * (24 * kUnit) + 1e-36f;
     const V8f least = min8(u, min8(v, w));
     const V8f most = max8(u, max8(v, w));
     // A NaN rules nothing out.
-    const unsigned maybe = ((1u << step) - 1) & ~mask8((least < -error) & (most > error));
+    unsigned maybe = ((1u << step) - 1) & ~mask8((least < -coarse) & (most > coarse));
+    if (maybe == 0) return {0, 0};
+    const V8f m = max8(max8(max8(abs8(x[0]), abs8(y[0])), max8(abs8(x[1]), abs8(y[1]))),
+                       max8(abs8(x[2]), abs8(y[2])));
+    const V8f error = (m + deep) * m * (24 * kUnit) + 1e-36f;
+    maybe &= ~mask8((least < -error) & (most > error));
     if (maybe == 0) return {0, 0};
     const V8i inside = (least > error) | (most < -error);
     const V8f det = u + v + w;
     const V8f t = (u * z[0] + v * z[1] + w * z[2]) / det * sz;
-    // Errors of the weights move t only within the depth of the triangle, which is below `flat`.
-    const V8f t_error =
-        (6.0f * flat * error / abs8(det) + 16 * kUnit * deep) * abs8(sz) + abs8(t) * (8 * kUnit);
+    // The weights of a hit inside have one sign: their errors move t within the triangle's depth.
+    const V8f spread = max8(z[0], max8(z[1], z[2])) - min8(z[0], min8(z[1], z[2]));
+    const V8f t_error = (4.0f * spread * (error / abs8(det)) + 16 * kUnit * deep) * abs8(sz) +
+                        abs8(t) * (8 * kUnit);
     low = t - t_error;
     high = t + t_error;
     const V8i beyond = (low > splat8(limits.upper)) | (high < splat8(limits.lower));
