@@ -1,6 +1,7 @@
 #include "server/config.h"
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <map>
 
 namespace lightbatch::server {
@@ -12,6 +13,9 @@ constexpr const char* kDescription =
     "start.";
 
 constexpr std::int64_t kMebi = std::int64_t{1} << 20;
+constexpr std::int64_t kMostMebi = std::int64_t{1} << 40;
+constexpr int kMost = 1'000'000;
+constexpr double kMostSeconds = 1e9;
 
 }  // namespace
 
@@ -55,22 +59,23 @@ ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
       ->check(CLI::Range(1, 1024));
   option("--job-memory", job_memory_mib,
          "Memory limit of one job, MiB; 0: three quarters of the machine, shared by the jobs")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(std::int64_t{0}, kMostMebi));
   option("--job-timeout", service.admission.max_job_seconds, "Longest run of one job, seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1.0, kMostSeconds));
   option("--max-queued", service.admission.max_queued_jobs, "Most jobs waiting")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, kMost));
   option("--max-uploads", service.admission.max_uploads, "Most uploads at the same time")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, kMost));
   option("--max-watchers", service.admission.max_watchers, "Most watch streams at the same time")
-      ->check(CLI::PositiveNumber);
-  option("--max-blob", max_blob_mib, "Largest file, MiB")->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, kMost));
+  option("--max-blob", max_blob_mib, "Largest file, MiB")
+      ->check(CLI::Range(std::int64_t{1}, kMostMebi));
   option("--keep-free", keep_free_mib, "Refuse uploads that leave less free disk than this, MiB")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(std::int64_t{0}, kMostMebi));
   option("--idle-timeout", service.idle_seconds, "End streams that are silent so long, seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(0.1, kMostSeconds));
   option("--drain-timeout", service.drain_seconds, "Time for calls in progress on stop, seconds")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0.0, kMostSeconds));
   const std::map<std::string, LogLevel> levels = {{"debug", LogLevel::kDebug},
                                                   {"info", LogLevel::kInfo},
                                                   {"warning", LogLevel::kWarning},

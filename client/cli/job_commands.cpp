@@ -1,7 +1,6 @@
 #include "client/cli/job_commands.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <fstream>
 
@@ -118,9 +117,7 @@ client::Outcome<client::Done> fetch_kind(client::Client& client, const v1::Job& 
 
 /// The machine-readable report of a job: report.json, or the file named after a small job's kind.
 const v1::Artifact* find_report(const v1::Job& job, v1::JobKind kind) {
-  std::string by_kind = v1::JobKind_Name(kind).substr(sizeof("JOB_KIND_") - 1) + ".json";
-  std::transform(by_kind.begin(), by_kind.end(), by_kind.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string by_kind = kind_word(kind) + ".json";
   for (const std::string& wanted : {std::string("report.json"), by_kind}) {
     for (const v1::Artifact& artifact : job.artifacts()) {
       if (artifact.path() == wanted) return &artifact;

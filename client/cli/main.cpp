@@ -47,7 +47,7 @@ void add_common(CLI::App& command, Words& words) {
   command
       .add_option("--job-memory", words.server.job_memory_mib,
                   "Without --server: memory limit of the job, MiB (default: 3/4 of the machine)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40));
   command.add_option("--tls-ca", words.server.tls_ca, "TLS: authority of the daemon, PEM file")
       ->check(CLI::ExistingFile);
   command.add_option("--tls-cert", words.server.tls_cert, "TLS: own certificate, PEM file")
@@ -72,7 +72,7 @@ void add_light(CLI::App& command, Words& words) {
   command
       .add_option("--texels-per-metre", words.job.texels_per_metre,
                   "Lightmap density (default: chosen from the scene)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-6, 1e6));
   command
       .add_option("--lightmap-size", words.job.lightmap_size,
                   "Largest page edge in texels (default: 2048)")
@@ -86,7 +86,7 @@ void add_light(CLI::App& command, Words& words) {
                   "Target hardware: desktop, webgl, mobile or a .json file")
       ->capture_default_str();
   command.add_option("--max-batches", words.job.max_batches, "Most batches (default: by cost)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1'000'000'000));
   command.add_flag("--no-batches", words.job.no_batches, "Leave the scene's nodes as they are");
   command.add_flag("--no-lightmaps", words.job.no_lightmaps, "Bake no light");
   command.add_option("--effects", words.job.effects,
@@ -164,7 +164,7 @@ int run(int argc, char** argv) {
 
   auto* jobs = app.add_subcommand("jobs", "List jobs, newest first");
   jobs->add_option("-n", words.most, "Most rows")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 1'000'000'000))
       ->capture_default_str();
   auto* watch = app.add_subcommand("watch", "Follow a job to its end");
   auto* cancel = app.add_subcommand("cancel", "Stop a job");

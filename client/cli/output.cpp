@@ -1,5 +1,7 @@
 #include "client/cli/output.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
 
 #include "client/cli/exit_code.h"
@@ -40,6 +42,13 @@ std::string state_word(v1::JobState state) {
   return v1::JobState_Name(state).substr(sizeof("JOB_STATE_") - 1);
 }
 
+std::string kind_word(v1::JobKind kind) {
+  std::string word = v1::JobKind_Name(kind).substr(sizeof("JOB_KIND_") - 1);
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return kind == v1::JOB_KIND_UNSPECIFIED ? "bake" : word;
+}
+
 double run_seconds(const v1::Job& job) {
   if (!job.has_start_time() || !job.has_end_time()) return 0;
   return to_seconds(job.end_time()) - to_seconds(job.start_time());
@@ -50,13 +59,10 @@ std::string job_name(const std::string& typed) {
 }
 
 Json job_json(const v1::Job& job) {
-  Json out = {{"job", job.name()},
-              {"scene", job.scene()},
-              {"state", state_word(job.state())},
-              {"attempt", job.attempt()},
-              {"cache_hit", job.cache_hit()},
-              {"seconds", run_seconds(job)},
-              {"peak_memory_bytes", job.peak_memory_bytes()}};
+  Json out = {{"job", job.name()},           {"kind", kind_word(job.options().kind())},
+              {"scene", job.scene()},        {"state", state_word(job.state())},
+              {"attempt", job.attempt()},    {"cache_hit", job.cache_hit()},
+              {"seconds", run_seconds(job)}, {"peak_memory_bytes", job.peak_memory_bytes()}};
   if (!job.display_name().empty()) out["name"] = job.display_name();
   if (job.has_progress()) {
     out["phase"] = job.progress().phase();

@@ -21,6 +21,8 @@ nlohmann::json job_json(const v1::Job& job);
 
 /// "QUEUED", "RUNNING"...
 std::string state_word(v1::JobState state);
+/// "bake", "plan"...: as the commands are called.
+std::string kind_word(v1::JobKind kind);
 
 /// Seconds that the last attempt took; 0 while unknown.
 double run_seconds(const v1::Job& job);

@@ -33,9 +33,9 @@ void print_row(const v1::Job& job) {
     note = job.cache_hit() ? "cached"
                            : (job.verdict() == v1::VERDICT_MISSED_TARGET ? "missed target" : "");
   }
-  std::printf("%-18s %-11s %8.1f s  %-24s %s\n", job.name().substr(5).c_str(),
-              state_word(job.state()).c_str(), run_seconds(job), note.c_str(),
-              job.display_name().c_str());
+  std::printf("%-18s %-10s %-11s %8.1f s  %-24s %s\n", job.name().substr(5).c_str(),
+              kind_word(job.options().kind()).c_str(), state_word(job.state()).c_str(),
+              run_seconds(job), note.c_str(), job.display_name().c_str());
 }
 
 /// Opens a session on a store that outlives this program.
