@@ -1,6 +1,7 @@
 #include "server/blob_store.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -50,6 +51,13 @@ Status hash_prefix(int fd, std::int64_t size, Sha256& hash, const std::filesyste
   return {};
 }
 
+/// How exactly the last use of a blob is kept, seconds.
+constexpr double kMarkSeconds = 600;
+
+double idle_since(const struct stat& info) {
+  return static_cast<double>(now_us()) * 1e-6 - static_cast<double>(info.st_mtim.tv_sec);
+}
+
 Status offset_mismatch(std::int64_t offset, std::int64_t expected) {
   return Status(StatusCode::kOutOfRange, "OFFSET_MISMATCH",
                 "the upload stands at " + std::to_string(expected) + " bytes, not at " +
@@ -86,8 +94,34 @@ Result<std::int64_t> BlobStore::size(const std::string& sha256) const {
 }
 
 bool BlobStore::has(const v1::Digest& digest) const {
-  const auto bytes = size(digest.sha256());
-  return bytes.ok() && *bytes == digest.size_bytes();
+  const auto file = path(digest.sha256());
+  struct stat info = {};
+  if (::stat(file.c_str(), &info) != 0 || info.st_size != digest.size_bytes()) return false;
+  if (idle_since(info) > kMarkSeconds) ::utimensat(AT_FDCWD, file.c_str(), nullptr, 0);
+  return true;
+}
+
+double BlobStore::idle_seconds(const std::string& sha256) const {
+  struct stat info = {};
+  return ::stat(path(sha256).c_str(), &info) == 0 ? idle_since(info) : 0;
+}
+
+Status BlobStore::remove_others(const std::set<std::string>& named, double idle_seconds,
+                                std::int64_t& count, std::int64_t& bytes) {
+  std::error_code error;
+  for (auto at = std::filesystem::recursive_directory_iterator(root_ / "blobs", error);
+       !error && at != std::filesystem::recursive_directory_iterator(); at.increment(error)) {
+    struct stat info = {};
+    if (named.contains(at->path().filename()) || ::stat(at->path().c_str(), &info) != 0 ||
+        !S_ISREG(info.st_mode) || idle_since(info) <= idle_seconds) {
+      continue;
+    }
+    if (::unlink(at->path().c_str()) != 0) return system_error(at->path(), "unlink");
+    ++count;
+    bytes += info.st_size;
+  }
+  if (error) return io_error(root_.string(), "cannot read the blob folder: " + error.message());
+  return {};
 }
 
 Result<std::int64_t> BlobStore::committed(const v1::Digest& digest) {

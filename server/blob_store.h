@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 
 #include "core/base/hash.h"
@@ -63,8 +64,10 @@ class BlobStore {
   static Result<std::unique_ptr<BlobStore>> open(std::filesystem::path root, Database& database,
                                                  const BlobLimits& limits = {});
 
-  /// True when the blob is there with this very size.
+  /// True when the blob is there with this very size. Marks it as in use now.
   bool has(const v1::Digest& digest) const;
+  /// Seconds since a blob was written or asked for with has(); 0 when it is not there.
+  double idle_seconds(const std::string& sha256) const;
   /// Size of a blob; NOT_FOUND BLOB_MISSING.
   Result<std::int64_t> size(const std::string& sha256) const;
   std::filesystem::path path(const std::string& sha256) const;
@@ -77,6 +80,9 @@ class BlobStore {
   Result<v1::Digest> take(const std::filesystem::path& file);
   /// Removes unfinished uploads untouched for longer than `age_us`.
   Status sweep_uploads(std::int64_t age_us);
+  /// Removes blobs that are not `named` and idle for longer; adds to the two counts.
+  Status remove_others(const std::set<std::string>& named, double idle_seconds, std::int64_t& count,
+                       std::int64_t& bytes);
   const BlobLimits& limits() const { return limits_; }
 
  private:

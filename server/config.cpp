@@ -28,6 +28,8 @@ ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
   std::int64_t job_memory_mib = 0;
   std::int64_t max_blob_mib = service.blobs.max_blob_bytes / kMebi;
   std::int64_t keep_free_mib = service.blobs.keep_free_bytes / kMebi;
+  double keep_days = 0;
+  std::int64_t max_store_mib = 0;
   std::string log_format = "text";
 
   CLI::App app(kDescription, "lightbatchd");
@@ -72,6 +74,12 @@ ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
       ->check(CLI::Range(std::int64_t{1}, kMostMebi));
   option("--keep-free", keep_free_mib, "Refuse uploads that leave less free disk than this, MiB")
       ->check(CLI::Range(std::int64_t{0}, kMostMebi));
+  option("--keep-days", keep_days,
+         "Forget ended jobs and unused scenes, and their files, after so many days; 0: never")
+      ->check(CLI::Range(0.0, 1e6));
+  option("--max-store", max_store_mib,
+         "Forget the oldest of them when their files are more than this, MiB; 0: no limit")
+      ->check(CLI::Range(std::int64_t{0}, kMostMebi));
   option("--idle-timeout", service.idle_seconds, "End streams that are silent so long, seconds")
       ->check(CLI::Range(0.1, kMostSeconds));
   option("--drain-timeout", service.drain_seconds, "Time for calls in progress on stop, seconds")
@@ -98,6 +106,8 @@ ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
   }
   service.blobs.max_blob_bytes = max_blob_mib * kMebi;
   service.blobs.keep_free_bytes = keep_free_mib * kMebi;
+  service.retention.keep_seconds = keep_days * 24 * 3600;
+  service.retention.max_bytes = max_store_mib * kMebi;
   service.run.memory_bytes = job_memory_mib > 0
                                  ? job_memory_mib * kMebi
                                  : default_job_memory(service.admission.concurrent_jobs);

@@ -28,6 +28,7 @@ constexpr int kExecutorThreads = 8;
 constexpr std::size_t kCallMemory = std::size_t{64} << 20;  // soft: what streams may buffer
 constexpr int kStreamsPerConnection = 512;
 constexpr std::int64_t kUploadAgeUs = 7LL * 24 * 3600 * 1'000'000;
+constexpr auto kCollectInterval = std::chrono::hours(1);
 constexpr const char* kServiceNames[] = {"", "lightbatch.v1.BlobService",
                                          "lightbatch.v1.SceneService", "lightbatch.v1.JobService",
                                          "lightbatch.v1.CapabilityService"};
@@ -109,6 +110,7 @@ struct Service::Parts {
   void run_jobs();
   void run_job(const JobBoard::Claim& claim);
   void sweep();
+  void collect_old();
 };
 
 Status Service::Parts::open_stores() {
@@ -214,8 +216,29 @@ void Service::Parts::run_job(const JobBoard::Claim& claim) {
 
 void Service::Parts::sweep() {
   std::unique_lock guard(stop_mutex);
+  const bool limited = config.retention.keep_seconds > 0 || config.retention.max_bytes > 0;
+  auto collect_at = std::chrono::steady_clock::now();
   while (!stop_changed.wait_for(guard, std::chrono::seconds(5), [this] { return stopped; })) {
     idle.sweep(std::chrono::duration<double>(config.idle_seconds));
+    if (!limited || std::chrono::steady_clock::now() < collect_at) continue;
+    collect_at = std::chrono::steady_clock::now() + kCollectInterval;
+    guard.unlock();
+    collect_old();
+    guard.lock();
+  }
+}
+
+void Service::Parts::collect_old() {
+  const auto collected = collect(*database, *blobs, config.retention);
+  if (!collected.ok()) {
+    log_event(LogLevel::kWarning, "store.not_collected",
+              {{"reason", collected.status().reason()}, {"message", collected.status().message()}});
+  } else if (collected->jobs + collected->scenes + collected->blobs > 0) {
+    log_event(LogLevel::kInfo, "store.collected",
+              {{"jobs", std::to_string(collected->jobs)},
+               {"scenes", std::to_string(collected->scenes)},
+               {"blobs", std::to_string(collected->blobs)},
+               {"bytes", std::to_string(collected->bytes)}});
   }
 }
 

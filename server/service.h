@@ -9,6 +9,7 @@
 #include "server/blob_store.h"
 #include "server/engine.h"
 #include "server/job_runner.h"
+#include "server/retention.h"
 #include "server/services.h"
 
 namespace grpc {
@@ -34,6 +35,7 @@ struct ServiceConfig {
   AdmissionLimits admission;
   BlobLimits blobs;
   RunLimits run;
+  Retention retention;
   double idle_seconds = 60;  // a stream with no message for so long is ended
   double drain_seconds = 5;  // for calls in progress when stopping
 };
