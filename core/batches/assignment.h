@@ -1,6 +1,8 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/batches/plan.h"
@@ -22,19 +24,30 @@ struct KeyMap {
 };
 KeyMap map_keys(const scene::Scene& scene, const BatchOptions& options);
 
-enum class Fate : std::uint8_t { kMerged, kInstanced, kLeft };
-
-/// What becomes of every object, before any cut: merged into batches, drawn by instance cells, or
-/// left in its node with a reason. The growth in bytes is predicted here.
-struct Fates {
-  std::vector<Fate> of_object;
-  std::vector<std::string> reason;  // of kLeft
-  std::vector<InstanceCell> cells;
-  double geometry_bytes = 0;
-  double copied_bytes = 0;
+/// What one draw, vertex and triangle cost (us). The price of a draw is the profile's, or more
+/// where draws are limited.
+struct Prices {
+  double draw = 0, vertex = 0, triangle = 0;
 };
-Fates decide_fates(const scene::Scene& scene, const Profile& profile, const BatchOptions& options,
-                   const ViewDistribution& views, const KeyMap& keys);
+inline Prices prices_of(const Profile& profile) {
+  return {profile.draw + profile.state, profile.vertex, profile.triangle};
+}
+
+/// What a frame is expected to hold.
+struct Frame {
+  double draws = 0, vertices = 0, triangles = 0;
+  double inside_draws = 0;  // draws of views from inside
+  Frame& operator+=(const Frame& other) {
+    draws += other.draws;
+    vertices += other.vertices;
+    triangles += other.triangles;
+    inside_draws += other.inside_draws;
+    return *this;
+  }
+  double cost(const Prices& p) const {
+    return draws * p.draw + vertices * p.vertex + triangles * p.triangle;
+  }
+};
 
 /// Part of a node or batch under one key: a draw call to be.
 struct Share {
@@ -48,19 +61,14 @@ struct Share {
     box.add(other.box);
   }
 };
-struct ShareCost {
-  double draws = 0, triangles = 0;  // expected in a frame
-  double cost = 0;                  // us
-};
-/// Cost of one share under a profile; `visible` is its chance of being seen.
-ShareCost cost_of(const Share& share, double visible, const Profile& profile,
-                  std::uint32_t max_vertices);
+/// What a share adds to a frame, given its chance of being seen.
+Frame frame_of(const Share& share, const Chance& chance, std::uint32_t max_vertices);
 
 /// Moves parts of objects that the cut took apart back together where the expected frame does not
 /// get dearer. batch_of: per triangle, kNone when not merged; changed in place. Returns how many
 /// objects stay split.
 std::uint32_t keep_objects_whole(const scene::Scene& scene, const KeyMap& keys,
-                                 const Profile& profile, std::uint32_t max_vertices,
+                                 const Prices& prices, std::uint32_t max_vertices,
                                  const ViewDistribution& views,
                                  std::vector<std::uint32_t>& batch_of);
 

@@ -1,13 +1,18 @@
+#include "core/batches/fates.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
-
-#include "core/batches/assignment.h"
-#include "core/batches/cut.h"
-#include "core/hierarchy/hierarchy.h"
+#include <utility>
 
 namespace lightbatch::batches {
 namespace {
+
+/// Copies are worth this many bytes for each draw that they save; with lightmaps more, since every
+/// placement then has bytes of its own anyway and instances cannot share a draw.
+constexpr double kBytesOfDraw = 16384, kBytesOfLitDraw = 65536;
+/// Growth that is allowed whatever it brings.
+constexpr double kLittleGrowth = 0.25;
 
 /// All placements of one mesh: the objects of one node (and GPU instance) each.
 struct Shared {
@@ -16,12 +21,13 @@ struct Shared {
   double bytes = 0;                                    // of one copy
 };
 
-Aabb box_of(const scene::Scene& scene, std::uint32_t object) {
-  Aabb box;
-  const scene::Object& o = scene.objects[object];
-  for (std::uint32_t k = 0; k < o.triangle_count; ++k)
-    for (const Vec3f& p : scene.corners(o.first_triangle + k)) box.add(p);
-  return box;
+/// Primitives correspond one to one; triangles too, but for those that lost their area to rounding.
+bool same_kind(const scene::Scene& scene, const std::vector<std::uint32_t>& a,
+               const std::vector<std::uint32_t>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](std::uint32_t x, std::uint32_t y) {
+    return scene.objects[x].primitive == scene.objects[y].primitive &&
+           scene.objects[x].material == scene.objects[y].material;
+  });
 }
 
 /// Rotation, positive scale and translation say all: instances can be stored so.
@@ -61,55 +67,32 @@ std::vector<Shared> shared_meshes(const scene::Scene& scene, const KeyMap& keys,
   return result;
 }
 
-/// Cuts the instances of a mesh by space: cells of the cut through a hierarchy over their boxes.
-std::vector<InstanceCell> cut_instances(const scene::Scene& scene, const Profile& profile,
-                                        const ViewDistribution& views, const KeyMap& keys,
-                                        const Shared& shared) {
-  std::vector<Aabb> boxes;
-  for (const auto& objects : shared.placements) {
-    Aabb box;
-    for (const std::uint32_t o : objects) box.add(box_of(scene, o));
-    boxes.push_back(box);
-  }
-  const hierarchy::Hierarchy tree = hierarchy::build(boxes);
-  CutTree cut_tree;
-  std::vector<double> cost;
-  for (std::uint32_t i = 0; i < tree.node_count(); ++i) {
-    cut_tree.right.push_back(tree.is_leaf(i) ? 0 : tree.right(i));
-    const double visible = views.visible(tree.box(i));
-    double sum = 0;
-    for (const std::uint32_t o : shared.placements.front()) {
-      Share share;
-      share.triangles = std::uint64_t{scene.objects[o].triangle_count} * tree.count(i);
-      share.vertices = keys.vertices_of_object[o] * static_cast<double>(share.triangles);
-      const double calls = visible * (profile.draw + profile.state);
-      // However many vertices there are, a group of instances is one call.
-      sum += calls + visible * (share.vertices * profile.vertex +
-                                static_cast<double>(share.triangles) * profile.triangle);
-    }
-    cost.push_back(sum);
-  }
-  std::vector<InstanceCell> cells;
-  for (const std::uint32_t node : best_cut(cut_tree, cost, 0).nodes) {
-    InstanceCell cell;
-    cell.mesh = shared.mesh;
-    cell.box = tree.box(node);
-    std::vector<std::uint32_t> members(tree.primitives(node).begin(), tree.primitives(node).end());
-    std::sort(members.begin(), members.end());
-    for (const std::uint32_t o : shared.placements[members.front()]) {
-      cell.primitives.push_back(scene.objects[o].primitive);
-      cell.triangles += std::uint64_t{scene.objects[o].triangle_count} * members.size();
-    }
-    for (const std::uint32_t m : members) cell.objects.push_back(shared.placements[m].front());
-    cells.push_back(std::move(cell));
-  }
-  return cells;
+/// How many meshes have triangles of each key.
+std::vector<std::uint32_t> meshes_of_keys(const KeyMap& keys, const scene::Scene& scene,
+                                          const std::vector<Shared>& meshes) {
+  std::vector<std::uint32_t> users(keys.keys.size(), 0), last(keys.keys.size(), scene::kNone);
+  for (const Shared& mesh : meshes)
+    for (const auto& objects : mesh.placements)
+      for (const std::uint32_t o : objects) {
+        const std::uint32_t key = keys.of_triangle[scene.objects[o].first_triangle];
+        if (std::exchange(last[key], mesh.mesh) != mesh.mesh) ++users[key];
+      }
+  return users;
+}
+
+/// Whether copies of a mesh would share draws with other meshes: alone, they save nothing that
+/// instances do not.
+bool joins_others(const scene::Scene& scene, const KeyMap& keys, const Shared& mesh,
+                  const std::vector<std::uint32_t>& users) {
+  const auto& objects = mesh.placements.front();
+  return std::any_of(objects.begin(), objects.end(), [&](std::uint32_t o) {
+    return users[keys.of_triangle[scene.objects[o].first_triangle]] > 1;
+  });
 }
 
 }  // namespace
 
-Fates decide_fates(const scene::Scene& scene, const Profile& profile, const BatchOptions& options,
-                   const ViewDistribution& views, const KeyMap& keys) {
+Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const KeyMap& keys) {
   Fates fates;
   fates.of_object.assign(scene.objects.size(), Fate::kMerged);
   fates.reason.resize(scene.objects.size());
@@ -127,46 +110,40 @@ Fates decide_fates(const scene::Scene& scene, const Profile& profile, const Batc
   }
 
   std::vector<Shared> meshes = shared_meshes(scene, keys, options, &fates.geometry_bytes);
+  const std::vector<std::uint32_t> users = meshes_of_keys(keys, scene, meshes);
   // The fewest bytes for each draw saved first.
   std::stable_sort(meshes.begin(), meshes.end(), [](const Shared& a, const Shared& b) {
     return a.bytes * static_cast<double>(b.placements.front().size()) <
            b.bytes * static_cast<double>(a.placements.front().size());
   });
-  const double budget =
-      std::max(0.0, options.max_growth - 1) * fates.geometry_bytes + options.free_growth_bytes;
-  const bool cells_allowed = options.gpu_instancing && options.page_of_triangle.empty();
+  const bool lit = !options.page_of_triangle.empty();
+  const double most = std::max(0.0, options.max_growth - 1) * fates.geometry_bytes;
+  const double little = std::min(most, kLittleGrowth * fates.geometry_bytes);
   for (const Shared& mesh : meshes) {
     if (mesh.placements.size() < 2) continue;
     const double copies = mesh.bytes * static_cast<double>(mesh.placements.size() - 1);
-    if (fates.copied_bytes + copies <= budget) {
+    const double bytes_a_draw = mesh.bytes / static_cast<double>(mesh.placements.front().size());
+    const bool worth = bytes_a_draw <= (lit ? kBytesOfLitDraw : kBytesOfDraw) &&
+                       (lit || joins_others(scene, keys, mesh, users));
+    if (fates.copied_bytes + copies <= (worth ? most : little)) {
       fates.copied_bytes += copies;
       continue;
     }
-    bool plain = cells_allowed;
-    for (const auto& objects : mesh.placements)
+    Placements fit;
+    for (const auto& objects : mesh.placements) {
+      bool fits = options.gpu_instancing && !lit;
       for (const std::uint32_t o : objects)
-        plain = plain && is_plain_placement(scene.objects[o]) &&
-                fates.of_object[o] == Fate::kMerged &&
-                objects.size() == mesh.placements.front().size();
-    std::vector<InstanceCell> cells;
-    if (plain) cells = cut_instances(scene, profile, views, keys, mesh);
-    for (const auto& objects : mesh.placements)
-      for (const std::uint32_t o : objects)
-        if (fates.of_object[o] == Fate::kMerged)
-          leave(o, "instanced: copies would exceed the allowed growth");
-    const bool already = scene.objects[mesh.placements.front().front()].instance != scene::kNone;
-    if (already && cells.size() == 1) continue;  // as the file has it
-    std::map<std::uint32_t, const std::vector<std::uint32_t>*> placement_of;
-    for (const auto& objects : mesh.placements) placement_of[objects.front()] = &objects;
-    for (InstanceCell& cell : cells) {
-      if (cell.objects.size() < 2 && !already) continue;
-      for (const std::uint32_t first : cell.objects)
-        for (const std::uint32_t o : *placement_of.at(first)) {
-          fates.of_object[o] = Fate::kInstanced;
-          fates.reason[o].clear();
-        }
-      fates.cells.push_back(std::move(cell));
+        fits = fits && fates.of_object[o] == Fate::kMerged && is_plain_placement(scene.objects[o]);
+      if (fits && !fit.empty()) fits = same_kind(scene, objects, fit.front());
+      if (fits) fit.push_back(objects);
     }
+    for (const auto& objects : mesh.placements)
+      for (const std::uint32_t o : objects)
+        if (fates.of_object[o] == Fate::kMerged) leave(o, kInstancedReason);
+    if (fit.size() < 2) continue;
+    for (const auto& objects : fit)
+      for (const std::uint32_t o : objects) fates.of_object[o] = Fate::kInstanced;
+    fates.shared.push_back(std::move(fit));
   }
   return fates;
 }

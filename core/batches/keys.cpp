@@ -10,9 +10,15 @@ KeyMap map_keys(const scene::Scene& scene, const BatchOptions& options) {
   KeyMap result;
   const auto key_of = [&](std::uint32_t triangle) {
     const std::uint32_t object = scene.triangles[triangle].object;
-    return Key{
-        scene.objects[object].material, options.traits.empty() ? 0 : options.traits[object].layout,
-        options.page_of_triangle.empty() ? scene::kNone : options.page_of_triangle[triangle]};
+    Key key;
+    key.material = scene.objects[object].material;
+    if (!options.traits.empty()) {
+      key.layout = options.traits[object].layout;
+      if (const std::uint32_t m = options.traits[object].material_class; m != scene::kNone)
+        key.material = m;
+    }
+    if (!options.page_of_triangle.empty()) key.page = options.page_of_triangle[triangle];
+    return key;
   };
   std::map<Key, std::uint32_t> ids;
   const auto count = static_cast<std::uint32_t>(scene.triangles.size());
@@ -53,16 +59,14 @@ KeyMap map_keys(const scene::Scene& scene, const BatchOptions& options) {
   return result;
 }
 
-ShareCost cost_of(const Share& share, double visible, const Profile& profile,
-                  std::uint32_t max_vertices) {
+Frame frame_of(const Share& share, const Chance& chance, std::uint32_t max_vertices) {
   const double calls = std::max(1.0, std::ceil(share.vertices / max_vertices));
-  const double triangles = static_cast<double>(share.triangles);
-  ShareCost result;
-  result.draws = visible * calls;
-  result.triangles = visible * triangles;
-  result.cost = visible * (calls * (profile.draw + profile.state) +
-                           share.vertices * profile.vertex + triangles * profile.triangle);
-  return result;
+  Frame frame;
+  frame.draws = chance.any * calls;
+  frame.inside_draws = chance.inside * calls;
+  frame.vertices = chance.any * share.vertices;
+  frame.triangles = chance.any * static_cast<double>(share.triangles);
+  return frame;
 }
 
 }  // namespace lightbatch::batches

@@ -70,15 +70,20 @@ std::vector<DrawItem> draws_of_input(const scene::Scene& scene) {
   return std::move(draws.items);
 }
 
+std::vector<DrawItem> draws_of_objects(const scene::Scene& scene,
+                                       const std::vector<std::uint32_t>& objects) {
+  ObjectDraws draws(scene);
+  for (const std::uint32_t o : objects) draws.add(o);
+  return std::move(draws.items);
+}
+
 std::vector<DrawItem> draws_of_plan(const scene::Scene& scene, const BatchPlan& plan) {
   ObjectDraws left(scene);
   for (const LeftAlone& alone : plan.left_alone) left.add(alone.object);
   std::vector<DrawItem> draws = std::move(left.items);
   for (const Batch& batch : plan.batches)
     for (const Group& group : batch.groups) draws.push_back({group.box, group.triangles});
-  for (const InstanceCell& cell : plan.cells)
-    for (std::size_t p = 0; p < cell.primitives.size(); ++p)
-      draws.push_back({cell.box, cell.triangles / cell.primitives.size()});
+  for (const InstanceCell& cell : plan.cells) draws.push_back({cell.box, cell.triangles});
   return draws;
 }
 

@@ -16,6 +16,9 @@ struct DrawItem {
 
 /// The file as it came: each primitive under each node; GPU instances of one node together.
 std::vector<DrawItem> draws_of_input(const scene::Scene& scene);
+/// The same for some objects.
+std::vector<DrawItem> draws_of_objects(const scene::Scene& scene,
+                                       const std::vector<std::uint32_t>& objects);
 /// The file as it goes: groups of batches, instance cells, and what was left alone.
 std::vector<DrawItem> draws_of_plan(const scene::Scene& scene, const BatchPlan& plan);
 /// What is compared against: everything joined by material, then split at the median centroid of

@@ -4,11 +4,16 @@
 #include "core/batches/plan.h"
 
 #include <algorithm>
-#include <set>
+#include <cmath>
+#include <numeric>
+#include <span>
 
+#include "core/base/parallel.h"
 #include "core/batches/assignment.h"
-#include "core/batches/coarse_tree.h"
-#include "core/batches/cut.h"
+#include "core/batches/fates.h"
+#include "core/batches/instance_cuts.h"
+#include "core/batches/key_cuts.h"
+#include "core/batches/measure.h"
 #include "core/batches/views.h"
 
 namespace lightbatch::batches {
@@ -22,55 +27,85 @@ Status check(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
   LB_CHECK(
       options.page_of_triangle.empty() || options.page_of_triangle.size() == scene.triangles.size(),
       "one page for each triangle");
+  if (!(options.draws_share > 0)) return bad_option("the share of draws must be above 0");
   if (!(options.max_growth >= 1)) return bad_option("max_growth must be at least 1");
   if (options.max_vertices != 0 && options.max_vertices < 3)
     return bad_option("max_vertices must be 0 or at least 3");
   return {};
 }
 
-/// Draw calls that the input needs: GPU instances of one node and primitive are one.
-std::uint64_t draws_of_objects(const scene::Scene& scene, const std::vector<std::uint32_t>& which) {
-  std::set<std::pair<std::uint32_t, std::uint32_t>> groups;
-  std::uint64_t draws = 0;
-  for (const std::uint32_t o : which) {
-    const scene::Object& object = scene.objects[o];
-    if (object.instance == scene::kNone || groups.insert({object.node, object.primitive}).second)
-      ++draws;
-  }
-  return draws;
+/// Draws of a view from inside, by the model.
+double expected_inside_draws(const std::vector<DrawItem>& draws, const ViewDistribution& views) {
+  std::vector<double> chance(draws.size());
+  parallel_for(draws.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) chance[i] = views.chance(draws[i].box).inside;
+  });
+  return std::accumulate(chance.begin(), chance.end(), 0.0);
 }
 
-void add_curve(const CoarseTree& coarse, BatchPlan& result) {
+/// All that is cut.
+struct Problem {
+  const KeyCuts& merged;
+  const std::vector<InstanceCuts>& instanced;
+  std::uint32_t max_batches = 0;
+  double left_inside_draws = 0;
+
+  Frame solve(const Prices& prices) const {
+    Frame frame = merged.solve_within(prices, max_batches).frame;
+    for (const InstanceCuts& cuts : instanced) frame += cuts.solve(prices);
+    return frame;
+  }
+};
+
+/// The least price of a draw, from the profile's up, at which views from inside draw at most
+/// `limit` times. When nothing reaches it, the price at which nothing changes any more.
+Prices prices_within(const Problem& problem, Prices prices, double limit) {
+  const auto fits = [&](double draw) {
+    const Frame frame = problem.solve({draw, prices.vertex, prices.triangle});
+    return frame.inside_draws + problem.left_inside_draws <= limit;
+  };
+  if (fits(prices.draw)) return prices;
+  constexpr double kDearest = 1e7, kClose = 1.02;
+  double low = prices.draw, high = std::max(prices.draw, 1e-3);
+  do {
+    low = high;
+    high *= 4;
+  } while (high < kDearest && !fits(high));
+  while (high > kClose * low) {
+    const double middle = std::sqrt(low * high);
+    (fits(middle) ? high : low) = middle;
+  }
+  prices.draw = high;
+  return prices;
+}
+
+void add_curve(const Problem& problem, BatchPlan& result) {
   constexpr double kLow = 4, kHigh = 3e6, kStep = 2;
-  std::vector<double> cost(coarse.size());
   for (double worth = kHigh; worth >= kLow; worth /= kStep) {
-    for (std::uint32_t i = 0; i < coarse.size(); ++i)
-      cost[i] = coarse.cost[i].triangles + worth * coarse.cost[i].draws;
-    const Cut cut = best_cut(coarse.tree, cost, 0);
     CurvePoint point;
     point.draw_cost = worth;
-    point.batches = static_cast<std::uint32_t>(cut.nodes.size());
-    for (const std::uint32_t i : cut.nodes) {
-      point.draws += coarse.cost[i].draws;
-      point.triangles += coarse.cost[i].triangles;
-    }
-    if (result.curve.empty() || result.curve.back().batches != point.batches)
+    const auto solution = problem.merged.solve({worth, 0, 1});
+    Frame frame = solution.frame;
+    for (const InstanceCuts& cuts : problem.instanced) frame += cuts.solve({worth, 0, 1});
+    point.batches = solution.batches;
+    point.draws = frame.draws;
+    point.triangles = frame.triangles;
+    if (result.curve.empty() || result.curve.back().draws != point.draws)
       result.curve.push_back(point);
   }
 }
 
-/// Batches from the batch of each triangle; `number` maps cut positions to batches, kNone when
-/// nothing was left there.
+/// Batches from the node of the cut that draws each triangle. number: by node, its batch or kNone.
 void fill_batches(const scene::Scene& scene, const KeyMap& keys,
-                  const std::vector<std::uint32_t>& batch_of, const CoarseTree& coarse,
-                  const Cut& cut, std::vector<std::uint32_t>& number, BatchPlan& result) {
+                  const std::vector<std::uint32_t>& node_of, const KeyCuts& cuts,
+                  std::vector<std::uint32_t>& number, BatchPlan& result) {
   struct Slot {
     std::uint32_t key;
     Group group;
   };
-  std::vector<std::vector<Slot>> slots(cut.nodes.size());
+  std::vector<std::vector<Slot>> slots(cuts.tree().size());
   for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
-    const std::uint32_t b = batch_of[t];
+    const std::uint32_t b = node_of[t];
     if (b == scene::kNone) continue;
     const std::uint32_t key = keys.of_triangle[t];
     const std::uint32_t object = scene.triangles[t].object;
@@ -78,13 +113,15 @@ void fill_batches(const scene::Scene& scene, const KeyMap& keys,
                                [](const Slot& s, std::uint32_t k) { return s.key < k; });
     if (it == slots[b].end() || it->key != key) {
       it = slots[b].insert(it, Slot{key, {}});
-      it->group.material = keys.keys[key].material;
+      it->group.material = scene.objects[object].material;
       it->group.layout = keys.keys[key].layout;
       it->group.page = keys.keys[key].page;
     }
     Group& group = it->group;
-    if (group.pieces.empty() || group.pieces.back().object != object)
+    if (group.pieces.empty() || group.pieces.back().object != object) {
       group.pieces.push_back({object, {}});
+      group.coloured = group.coloured || scene.objects[object].material != group.material;
+    }
     auto& ranges = group.pieces.back().ranges;
     if (!ranges.empty() && ranges.back().first + ranges.back().count == t)
       ++ranges.back().count;
@@ -94,12 +131,12 @@ void fill_batches(const scene::Scene& scene, const KeyMap& keys,
     group.vertices += keys.vertices_of_object[object];
     for (const Vec3f& p : scene.corners(t)) group.box.add(p);
   }
-  number.assign(cut.nodes.size(), scene::kNone);
-  for (std::size_t b = 0; b < slots.size(); ++b) {
+  number.assign(slots.size(), scene::kNone);
+  for (std::uint32_t b = 0; b < slots.size(); ++b) {
     if (slots[b].empty()) continue;
     number[b] = static_cast<std::uint32_t>(result.batches.size());
     Batch batch;
-    batch.node = coarse.node[cut.nodes[b]];
+    batch.node = cuts.node(b);
     for (Slot& slot : slots[b]) {
       batch.box.add(slot.group.box);
       batch.groups.push_back(std::move(slot.group));
@@ -108,42 +145,25 @@ void fill_batches(const scene::Scene& scene, const KeyMap& keys,
   }
 }
 
-/// The coarse tree above the cut, without empty batches and without nodes that have one child.
-void fill_tree(const CoarseTree& coarse, const Cut& cut, const std::vector<std::uint32_t>& number,
-               BatchPlan& result) {
-  if (coarse.size() == 0) return;
-  std::vector<std::uint32_t> at(coarse.size(), scene::kNone);  // position in the cut
-  std::vector<bool> cut_here(coarse.size(), false);
-  for (std::uint32_t k = 0; k < cut.nodes.size(); ++k) {
-    at[cut.nodes[k]] = number[k];
-    cut_here[cut.nodes[k]] = true;
+/// The nodes of the cuts' tree at and above batches, without those that hold one thing only.
+void fill_tree(const KeyCuts& cuts, const std::vector<std::uint32_t>& number, BatchPlan& result) {
+  if (result.batches.empty()) return;
+  const CutTree& tree = cuts.tree();
+  std::vector<std::uint32_t> alive(tree.size(), 0);  // batches at or under the node
+  for (std::uint32_t i = tree.size(); i-- > 0;) {
+    alive[i] = number[i] == scene::kNone ? 0 : 1;
+    if (!tree.is_leaf(i)) alive[i] += alive[i + 1] + alive[tree.right[i]];
   }
-  std::vector<std::uint32_t> alive(coarse.size(), 0);  // batches at or under the node
-  std::vector<bool> above(coarse.size(), false);
-  std::vector<std::uint32_t> stack{0}, order;
-  while (!stack.empty()) {
-    const std::uint32_t i = stack.back();
-    stack.pop_back();
-    order.push_back(i);
-    if (cut_here[i]) continue;
-    above[i] = true;
-    stack.push_back(coarse.tree.right[i]);
-    stack.push_back(i + 1);
-  }
-  for (auto it = order.rbegin(); it != order.rend(); ++it)
-    alive[*it] = above[*it] ? alive[*it + 1] + alive[coarse.tree.right[*it]]
-                            : (at[*it] == scene::kNone ? 0u : 1u);
-  if (alive[0] == 0) return;
   struct Entry {
     std::uint32_t node, parent;
-    bool right;
+    bool batch;  // the batch of the node, not the node
   };
   std::vector<Entry> todo{{0, scene::kNone, false}};
   while (!todo.empty()) {
-    auto [node, parent, right] = todo.back();
+    auto [node, parent, batch] = todo.back();
     todo.pop_back();
-    while (above[node]) {
-      const std::uint32_t l = node + 1, r = coarse.tree.right[node];
+    while (!batch && number[node] == scene::kNone) {
+      const std::uint32_t l = node + 1, r = tree.right[node];
       if (alive[l] == 0)
         node = r;
       else if (alive[r] == 0)
@@ -152,15 +172,29 @@ void fill_tree(const CoarseTree& coarse, const Cut& cut, const std::vector<std::
         break;
     }
     const auto id = static_cast<std::uint32_t>(result.tree.size());
-    if (parent != scene::kNone) (right ? result.tree[parent].right : result.tree[parent].left) = id;
+    if (parent != scene::kNone) result.tree[parent].children.push_back(id);
     result.tree.emplace_back();
-    if (!above[node]) {
-      result.tree.back().batch = at[node];
+    if (batch || (alive[node] == 1 && number[node] != scene::kNone)) {
+      result.tree.back().batch = number[node];
       continue;
     }
-    todo.push_back({coarse.tree.right[node], id, true});
-    todo.push_back({node + 1, id, false});
+    // Last in, first out: the node's own batch comes first.
+    if (alive[tree.right[node]] > 0) todo.push_back({tree.right[node], id, false});
+    if (alive[node + 1] > 0) todo.push_back({node + 1, id, false});
+    if (number[node] != scene::kNone) todo.push_back({node, id, true});
   }
+}
+
+/// Whether cells draw no better than the one GPU-instancing node that the file has already.
+bool is_as_before(const scene::Scene& scene, const Placements& placements,
+                  std::span<const InstancePart> parts, std::span<const InstanceCell> cells) {
+  const scene::Object& first = scene.objects[placements.front().front()];
+  if (first.instance == scene::kNone || cells.size() != placements.front().size()) return false;
+  for (const InstancePart& part : parts)
+    if (!part.whole) return false;
+  for (const auto& objects : placements)
+    if (scene.objects[objects.front()].node != first.node) return false;
+  return true;
 }
 
 }  // namespace
@@ -175,51 +209,72 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
 
   const ViewDistribution views(scene, profile);
   const KeyMap keys = map_keys(scene, options);
-  Fates fates = decide_fates(scene, profile, options, views, keys);
-  if (progress.cancelled()) return cancelled();
-  progress.report("batches", 0.3);
+  Fates fates = decide_fates(scene, options, keys);
   std::vector<bool> merged(scene.triangles.size());
   for (std::uint32_t t = 0; t < scene.triangles.size(); ++t)
     merged[t] = fates.of_object[scene.triangles[t].object] == Fate::kMerged;
-  const CoarseTree coarse =
-      make_coarse_tree(scene, tree, merged, keys, profile, result.max_vertices, views);
   if (progress.cancelled()) return cancelled();
+  progress.report("batches", 0.1);
+  const KeyCuts cuts(scene, tree, merged, keys, result.max_vertices, views);
+  if (progress.cancelled()) return cancelled();
+  progress.report("batches", 0.4);
+  Prices prices = prices_of(profile);
+  std::vector<InstanceCuts> instanced;
+  for (const Placements& placements : fates.shared) {
+    instanced.emplace_back(scene, keys, placements, views, prices);
+    if (progress.cancelled()) return cancelled();
+  }
   progress.report("batches", 0.7);
 
-  std::vector<double> cost(coarse.size());
-  for (std::uint32_t i = 0; i < coarse.size(); ++i) cost[i] = coarse.cost[i].cost;
-  const Cut cut = best_cut_within(coarse.tree, cost, options.max_batches);
-  for (const std::uint32_t i : cut.nodes) {
-    result.expected_draws += coarse.cost[i].draws;
-    result.expected_triangles += coarse.cost[i].triangles;
-  }
-  add_curve(coarse, result);
-
-  std::vector<std::uint32_t> batch_of(scene.triangles.size(), scene::kNone);
-  for (std::uint32_t k = 0; k < cut.nodes.size(); ++k)
-    for (const std::uint32_t t : tree.primitives(coarse.node[cut.nodes[k]]))
-      if (merged[t]) batch_of[t] = k;
-  result.split_objects =
-      keep_objects_whole(scene, keys, profile, result.max_vertices, views, batch_of);
-  if (progress.cancelled()) return cancelled();
-  std::vector<std::uint32_t> number;
-  fill_batches(scene, keys, batch_of, coarse, cut, number, result);
-  fill_tree(coarse, cut, number, result);
-
-  result.cells = std::move(fates.cells);
-  result.geometry_bytes = fates.geometry_bytes;
-  result.copied_bytes = fates.copied_bytes;
   std::vector<std::uint32_t> all(scene.objects.size()), left;
   for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
     all[o] = o;
+    if (fates.of_object[o] == Fate::kLeft) left.push_back(o);
+  }
+  result.draws_before = draws_of_objects(scene, all).size();
+  Problem problem{cuts, instanced, options.max_batches, 0};
+  if (options.draws_share < 1 && result.draws_before > options.free_draws) {
+    const double before = expected_inside_draws(draws_of_objects(scene, all), views);
+    problem.left_inside_draws = expected_inside_draws(draws_of_objects(scene, left), views);
+    prices = prices_within(problem, prices, options.draws_share * before);
+  }
+  result.draw_price = prices.draw;
+  const Frame frame = problem.solve(prices);
+  result.expected_draws = frame.draws;
+  result.expected_triangles = frame.triangles;
+  add_curve(problem, result);
+  if (progress.cancelled()) return cancelled();
+
+  for (std::size_t m = 0; m < instanced.size(); ++m) {
+    const std::size_t first_part = result.parts.size(), first_cell = result.cells.size();
+    instanced[m].take(scene, keys, prices, result.parts, result.cells);
+    if (!is_as_before(scene, fates.shared[m], std::span(result.parts).subspan(first_part),
+                      std::span(result.cells).subspan(first_cell)))
+      continue;
+    result.parts.resize(first_part);
+    result.cells.resize(first_cell);
+    for (const auto& objects : fates.shared[m])
+      for (const std::uint32_t o : objects) fates.of_object[o] = Fate::kLeft;
+  }
+  const auto solution = cuts.solve_within(prices, options.max_batches);
+  std::vector<std::uint32_t> node_of = cuts.nodes_of_triangles(solution, tree, keys, merged);
+  result.split_objects =
+      keep_objects_whole(scene, keys, prices, result.max_vertices, views, node_of);
+  if (progress.cancelled()) return cancelled();
+  std::vector<std::uint32_t> number;
+  fill_batches(scene, keys, node_of, cuts, number, result);
+  fill_tree(cuts, number, result);
+
+  result.geometry_bytes = fates.geometry_bytes;
+  result.copied_bytes = fates.copied_bytes;
+  left.clear();
+  for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
     if (fates.of_object[o] != Fate::kLeft) continue;
     left.push_back(o);
     result.left_alone.push_back({o, std::move(fates.reason[o])});
   }
-  result.draws_before = draws_of_objects(scene, all);
-  result.draws_after = draws_of_objects(scene, left);
+  result.draws_after = draws_of_objects(scene, left).size() + result.cells.size();
   for (const Batch& batch : result.batches) result.draws_after += batch.groups.size();
-  for (const InstanceCell& cell : result.cells) result.draws_after += cell.primitives.size();
   progress.report("batches", 1);
   return result;
 }

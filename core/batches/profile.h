@@ -18,7 +18,7 @@ struct Profile {
   double vertex = 0.0008;              // us
   double triangle = 0.0012;            // us
   std::uint32_t max_vertices = 65535;  // of one primitive; 65535: indices of 16 bits always fit
-  double inside = 0.75;                // share of views from where people stand; the rest look in
+  double inside = 0.9;                 // share of views from where people stand; the rest look in
   double field_of_view = 60;           // vertical, degrees
   double aspect = 16.0 / 9.0;
   double eye_height = 1.6;  // metres; lowered in scenes that are small against it

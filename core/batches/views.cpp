@@ -8,8 +8,6 @@ namespace lightbatch::batches {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr std::uint32_t kInsideEyes = 32;
-constexpr std::uint32_t kOutsideEyes = 8;
 constexpr double kPitch = 20 * kPi / 180;      // people look this far up and down
 constexpr double kFacesUp = 0.7;               // cosine: floors, stairs and ramps
 constexpr std::uint32_t kMeasureSkip = 10000;  // first index of measuring points in the sequences
@@ -111,7 +109,8 @@ ViewDistribution::ViewDistribution(const scene::Scene& scene, const Profile& pro
   const auto standing = standing_eyes(scene, profile, kInsideEyes, 0);
   const double inside = standing.empty() ? 0 : profile.inside;
   for (const Vec3d& p : standing)
-    eyes_.push_back({p, inside / static_cast<double>(standing.size()), 0, kPi, 0, kPitch});
+    eyes_.push_back({p, inside / static_cast<double>(standing.size()), 0, kPi, 0, kPitch, true});
+  inside_weight_ = inside;
   const double radius = 0.5 * static_cast<double>(scene.box.diagonal());
   for (std::uint32_t k = 0; k < kOutsideEyes; ++k) {
     Eye eye;
@@ -127,10 +126,10 @@ ViewDistribution::ViewDistribution(const scene::Scene& scene, const Profile& pro
   }
 }
 
-double ViewDistribution::visible(const Aabb& box) const {
-  if (box.is_empty()) return 0;
+Chance ViewDistribution::chance(const Aabb& box) const {
+  if (box.is_empty()) return {};
   const Vec3d lower = to_double(box.lower), upper = to_double(box.upper);
-  double chance = 0;
+  double from_inside = 0, from_outside = 0;
   for (const Eye& eye : eyes_) {
     // The footprint's interval of yaw, from its centre's: at most a half turn wide when the eye is
     // not above it.
@@ -158,10 +157,14 @@ double ViewDistribution::visible(const Aabb& box) const {
     const double y0 = lower.y - eye.position.y, y1 = upper.y - eye.position.y;
     const double low = std::atan2(y0, y0 < 0 ? nearest : farthest);
     const double high = std::atan2(y1, y1 > 0 ? nearest : farthest);
-    chance += eye.weight * horizontal *
-              overlap_share(low, high, eye.pitch, eye.pitch_spread, half_pitch_);
+    (eye.inside ? from_inside : from_outside) +=
+        eye.weight * horizontal *
+        overlap_share(low, high, eye.pitch, eye.pitch_spread, half_pitch_);
   }
-  return std::min(chance, 1.0);
+  Chance result;
+  result.any = std::min(from_inside + from_outside, 1.0);
+  result.inside = inside_weight_ > 0 ? std::min(from_inside / inside_weight_, 1.0) : result.any;
+  return result;
 }
 
 Frustum::Frustum(const View& view, const Profile& profile) {

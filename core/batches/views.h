@@ -27,6 +27,12 @@ std::vector<Vec3d> standing_eyes(const scene::Scene& scene, const Profile& profi
 std::vector<View> measuring_views(const scene::Scene& scene, const Profile& profile,
                                   std::uint32_t inside, std::uint32_t outside);
 
+/// Chances of being in the view: of all views, and of views from inside (of all where there are
+/// none).
+struct Chance {
+  double any = 0, inside = 0;
+};
+
 /// The chance that a box is in the frustum of a random view: from a standing point any way round
 /// (pitch within 20 degrees), or from outside towards the scene. Means over a few eyes; over the
 /// directions exact for the box's horizontal and vertical angular extents taken as independent, so
@@ -35,7 +41,8 @@ class ViewDistribution {
  public:
   ViewDistribution(const scene::Scene& scene, const Profile& profile);
   /// In [0, 1]; 0 for an empty box.
-  double visible(const Aabb& box) const;
+  Chance chance(const Aabb& box) const;
+  double visible(const Aabb& box) const { return chance(box).any; }
 
  private:
   struct Eye {
@@ -43,8 +50,13 @@ class ViewDistribution {
     double weight = 0;
     double yaw = 0, yaw_spread = 0;      // directions: yaw +- yaw_spread
     double pitch = 0, pitch_spread = 0;  // pitch +- pitch_spread
+    bool inside = false;
   };
+  static constexpr std::uint32_t kInsideEyes = 32;
+  static constexpr std::uint32_t kOutsideEyes = 8;
+
   std::vector<Eye> eyes_;
+  double inside_weight_ = 0;
   double half_yaw_ = 0;    // half the horizontal field of view
   double half_pitch_ = 0;  // half the vertical field of view
 };

@@ -67,7 +67,7 @@ void gather_items(const scene::Scene& scene, const KeyMap& keys,
 }  // namespace
 
 std::uint32_t keep_objects_whole(const scene::Scene& scene, const KeyMap& keys,
-                                 const Profile& profile, std::uint32_t max_vertices,
+                                 const Prices& prices, std::uint32_t max_vertices,
                                  const ViewDistribution& views,
                                  std::vector<std::uint32_t>& batch_of) {
   std::unordered_map<std::uint64_t, Share> shares;
@@ -79,7 +79,7 @@ std::uint32_t keep_objects_whole(const scene::Scene& scene, const KeyMap& keys,
 
   const auto cost = [&](const Share& s) {
     if (s.triangles == 0) return 0.0;
-    return cost_of(s, views.visible(s.box), profile, max_vertices).cost;
+    return frame_of(s, views.chance(s.box), max_vertices).cost(prices);
   };
   std::vector<bool> stays_split(scene.objects.size(), false);
   for (const Item& item : split) {
@@ -89,19 +89,19 @@ std::uint32_t keep_objects_whole(const scene::Scene& scene, const KeyMap& keys,
     for (std::size_t i = 0; i < item.parts.size(); ++i) {
       const auto& [batch, part] = item.parts[i];
       const Share& from = shares.at(slot(batch, item.key));
-      const double visible = views.visible(from.box);
+      const Chance chance = views.chance(from.box);
       Share rest = from;
       rest.triangles -= part.triangles;
       rest.vertices = std::max(0.0, rest.vertices - part.vertices);
       const double after =
-          rest.triangles == 0 ? 0 : cost_of(rest, visible, profile, max_vertices).cost;
-      gain[i] = cost_of(from, visible, profile, max_vertices).cost - after;
+          rest.triangles == 0 ? 0 : frame_of(rest, chance, max_vertices).cost(prices);
+      gain[i] = frame_of(from, chance, max_vertices).cost(prices) - after;
       total_gain += gain[i];
     }
     // Vertices along the cuts exist twice while the object is apart: about a row of each part.
     double duplicates = 0;
     for (const auto& [batch, part] : item.parts) duplicates += 2 * std::sqrt(part.vertices);
-    total_gain += duplicates * profile.vertex * views.visible(item.all.box);
+    total_gain += duplicates * prices.vertex * views.chance(item.all.box).any;
 
     double best = 0;
     std::size_t target = item.parts.size();

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/scene_out/colours.h"
 #include "core/scene_out/corners.h"
 #include "core/scene_out/instance_cells.h"
 #include "core/scene_out/mesh_builder.h"
@@ -68,18 +69,20 @@ Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& grou
   }
   const scene::Object& first = w.scene.objects[group.pieces.front().object];
   LB_ASSIGN_OR_RETURN(const SourcePrimitive* source, w.sources.get(first.mesh, first.primitive));
+  if (group.coloured) *material = w.materials.coloured(*material);
   std::uint32_t moved = kNone;
   if (lit) {
-    if (uses_uv_set(w.document.json, *material, 1)) moved = free_uv_set(source->types);
+    if (uses_uv_set(w.root, *material, 1)) moved = free_uv_set(source->types);
     *material = w.materials.with_lightmap(*material, group.page, moved);
   }
   const CornerPlan plan = plan_corners(source->types, lit, moved);
   LB_ASSIGN_OR_RETURN(GroupCorners corners, gather(w, group, plan, frame));
+  if (group.coloured) corners.streams.push_back(colour_stream(w, corners.ranges));
   return build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices);
 }
 
 /// Where a run of indices came from, for extras.
-Json range_json(const Writer& w, std::size_t primitive, const IndexRange& range) {
+Json range_json(const Writer& w, std::size_t primitive, const IndexRange& range, bool coloured) {
   const scene::Object& object = w.scene.objects[range.object];
   Json json{{"primitive", primitive},
             {"first", range.first},
@@ -92,6 +95,7 @@ Json range_json(const Writer& w, std::size_t primitive, const IndexRange& range)
     json["mesh"] = *name;
   if (const Json* extras = member(mesh, "extras")) json["mesh_extras"] = *extras;
   const Json& source = mesh.at("primitives").at(object.primitive);
+  if (coloured) json["material"] = w.gltf_material(object.material);
   if (const Json* extras = member(source, "extras")) json["primitive_extras"] = *extras;
   return json;
 }
@@ -109,7 +113,8 @@ Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t ma
     for (const MeshData& mesh : meshes) {
       Json primitive = add_primitive(w.binary, mesh.types, mesh.data, mesh.indices);
       if (material != kNone) primitive["material"] = material;
-      for (const IndexRange& r : mesh.ranges) ranges.push_back(range_json(w, primitives.size(), r));
+      for (const IndexRange& r : mesh.ranges)
+        ranges.push_back(range_json(w, primitives.size(), r, group.coloured));
       primitives.push_back(std::move(primitive));
     }
   }
@@ -136,13 +141,15 @@ Status add_batches(Writer& w, const batches::BatchPlan& plan, std::uint32_t scen
         LB_ASSIGN_OR_RETURN(node, batch_node(w, plan.batches[tree_node.batch], plan.max_vertices,
                                              "batch_" + std::to_string(tree_node.batch)));
       } else {
-        node["children"] = {base + tree_node.left, base + tree_node.right};
+        for (const std::uint32_t child : tree_node.children)
+          node["children"].push_back(base + child);
       }
       append(w.root, "nodes", std::move(node));
     }
   }
+  InstanceNodes instances(w);
   for (const batches::InstanceCell& cell : plan.cells) {
-    LB_ASSIGN_OR_RETURN(Json node, instance_node(w, cell));
+    LB_ASSIGN_OR_RETURN(Json node, instances.node_of(plan, cell));
     children.push_back(append(w.root, "nodes", std::move(node)));
   }
   if (children.empty()) return {};

@@ -3,6 +3,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/scene_out/colours.h"
+#include "core/scene_out/corners.h"
+
 namespace lightbatch::scene_out {
 namespace {
 
@@ -29,39 +32,109 @@ std::array<double, 4> quaternion(const Vec3d& x, const Vec3d& y, const Vec3d& z)
   return q;
 }
 
+/// Rotation and scale of a plain placement.
+struct Turn {
+  std::array<double, 4> rotation;
+  Vec3d scale;
+};
+Turn turn_of(const Affine& m) {
+  const Vec3d s{length(m.x), length(m.y), length(m.z)};
+  return {quaternion(m.x / s.x, m.y / s.y, m.z / s.z), s};
+}
+
+Json json_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
+
 }  // namespace
 
-Result<Json> instance_node(Writer& w, const batches::InstanceCell& cell) {
-  const Json& source = w.document.json.at("meshes").at(cell.mesh);
-  std::uint32_t mesh = cell.mesh;
-  if (cell.primitives.size() != source.at("primitives").size())
-    mesh = w.part_of_mesh(cell.mesh, cell.primitives);
-  const Vec3d frame = to_double(to_float(w.scene.origin + to_double(cell.box.centre())));
+Result<std::uint32_t> InstanceNodes::mesh_of(const batches::InstancePart& part) {
+  const Json& source = w_.document.json.at("meshes").at(part.mesh);
+  if (part.whole && !part.coloured) {
+    if (source.at("primitives").size() == 1) return part.mesh;
+    return w_.part_of_mesh(part.mesh, {w_.scene.objects[part.pieces.front().object].primitive});
+  }
+  const scene::Object& first = w_.scene.objects[part.pieces.front().object];
+  LB_ASSIGN_OR_RETURN(const SourcePrimitive* front, w_.sources.get(first.mesh, first.primitive));
+  const CornerPlan plan = plan_corners(front->types, false, kNone);
+  std::vector<CornerStream> streams;
+  for (const AttributeType& type : plan.types) streams.push_back({type, {}});
+  std::vector<IndexRange> ranges;
+  std::uint32_t corner = 0;
+  for (const batches::Piece& piece : part.pieces) {
+    const scene::Object& object = w_.scene.objects[piece.object];
+    LB_ASSIGN_OR_RETURN(const SourcePrimitive* read, w_.sources.get(object.mesh, object.primitive));
+    const CornerCopier copier(plan, *read);
+    const std::uint32_t start = corner;
+    for (const batches::Range& range : piece.ranges)
+      for (std::uint32_t t = range.first; t < range.first + range.count; ++t) {
+        for (const std::uint32_t v : w_.source_vertices(*read, t)) copier.copy(v, streams);
+        corner += 3;
+      }
+    ranges.push_back({piece.object, start, corner - start});
+  }
+  if (part.coloured) streams.push_back(colour_stream(w_, ranges));
+  std::uint32_t material = w_.gltf_material(part.material);
+  if (part.coloured) material = w_.materials.coloured(material);
+  Json primitives = Json::array();
+  for (const MeshData& mesh : build_meshes(std::move(streams), std::move(ranges), kNone)) {
+    Json primitive = add_primitive(w_.binary, mesh.types, mesh.data, mesh.indices);
+    if (material != kNone) primitive["material"] = material;
+    primitives.push_back(std::move(primitive));
+  }
+  Json mesh = source;
+  mesh["primitives"] = std::move(primitives);
+  return append(w_.root, "meshes", std::move(mesh));
+}
+
+Json InstanceNodes::attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame) {
+  const auto [it, fresh] = attributes_.try_emplace(objects);
+  if (!fresh) return it->second;
   std::vector<float> translation, rotation, scale;
   bool turned = false, scaled = false;
-  for (const std::uint32_t o : cell.objects) {
-    const Affine& m = w.scene.objects[o].to_world;
-    const Vec3d s{length(m.x), length(m.y), length(m.z)};
-    const auto q = quaternion(m.x / s.x, m.y / s.y, m.z / s.z);
-    const Vec3f t = to_float(m.t - frame);
-    const Vec3f s_float = to_float(s);
+  for (const std::uint32_t o : objects) {
+    const Affine& m = w_.scene.objects[o].to_world;
+    const Turn turn = turn_of(m);
+    const Vec3f t = to_float(m.t - frame), s = to_float(turn.scale);
     translation.insert(translation.end(), {t.x, t.y, t.z});
-    for (const double c : q) rotation.push_back(static_cast<float>(c));
-    scale.insert(scale.end(), {s_float.x, s_float.y, s_float.z});
+    for (const double c : turn.rotation) rotation.push_back(static_cast<float>(c));
+    scale.insert(scale.end(), {s.x, s.y, s.z});
     turned = turned || rotation.back() != 1;
-    scaled = scaled || s_float != Vec3f{1, 1, 1};
+    scaled = scaled || s != Vec3f{1, 1, 1};
   }
-  Json attributes{{"TRANSLATION", w.binary.add_instance_floats(translation, 3)}};
-  if (turned) attributes["ROTATION"] = w.binary.add_instance_floats(rotation, 4);
-  if (scaled) attributes["SCALE"] = w.binary.add_instance_floats(scale, 3);
-  declare_extension(w.root, "extensionsUsed", kInstancing);
-  // Without it a reader would draw one instance of many.
-  declare_extension(w.root, "extensionsRequired", kInstancing);
-  Json node{{"mesh", mesh}, {"translation", {frame.x, frame.y, frame.z}}};
-  node["extensions"][kInstancing]["attributes"] = std::move(attributes);
+  it->second = {{"TRANSLATION", w_.binary.add_instance_floats(translation, 3)}};
+  if (turned) it->second["ROTATION"] = w_.binary.add_instance_floats(rotation, 4);
+  if (scaled) it->second["SCALE"] = w_.binary.add_instance_floats(scale, 3);
+  return it->second;
+}
+
+Result<Json> InstanceNodes::node_of(const batches::BatchPlan& plan,
+                                    const batches::InstanceCell& cell) {
+  const auto [mesh, fresh] = meshes_.try_emplace(cell.part, kNone);
+  if (fresh) {
+    LB_ASSIGN_OR_RETURN(mesh->second, mesh_of(plan.parts[cell.part]));
+  }
+  const Affine& first = w_.scene.objects[cell.objects.front()].to_world;
+  Json node{{"mesh", mesh->second}};
+  if (cell.objects.size() == 1) {
+    const Turn turn = turn_of(first);
+    node["translation"] = json_of(first.t);
+    if (turn.rotation[3] != 1) node["rotation"] = turn.rotation;
+    if (turn.scale != Vec3d{1, 1, 1}) node["scale"] = json_of(turn.scale);
+  } else {
+    // Frames depend on the instances alone, so that all parts of a mesh share their attributes.
+    const Vec3d frame = to_double(to_float(first.t));
+    if (frame != Vec3d{}) node["translation"] = json_of(frame);
+    node["extensions"][kInstancing]["attributes"] = attributes_of(cell.objects, frame);
+    declare_extension(w_.root, "extensionsUsed", kInstancing);
+    // Without it a reader would draw one instance of many.
+    declare_extension(w_.root, "extensionsRequired", kInstancing);
+  }
   Json names = Json::array();
-  for (const std::uint32_t o : cell.objects) names.push_back(w.scene.objects[o].node);
-  node["extras"]["lightbatch"]["nodes"] = std::move(names);
+  for (const std::uint32_t o : cell.objects) names.push_back(w_.scene.objects[o].node);
+  Json& about = node["extras"]["lightbatch"];
+  about["nodes"] = std::move(names);
+  Json box = json_of(w_.scene.origin + to_double(cell.box.lower));
+  for (const Json& v : json_of(w_.scene.origin + to_double(cell.box.upper))) box.push_back(v);
+  about["box"] = std::move(box);
   return node;
 }
 

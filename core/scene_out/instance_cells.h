@@ -1,14 +1,27 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <vector>
 
-#include "core/batches/plan.h"
 #include "core/scene_out/writer.h"
 
 namespace lightbatch::scene_out {
 
-/// A node that draws the instances of a cell (EXT_mesh_gpu_instancing); its mesh holds the cell's
-/// primitives only, which are triangles: viewers drop instances of meshes that hold lines.
-Result<Json> instance_node(Writer& writer, const batches::InstanceCell& cell);
+/// Writes instance cells: a node with EXT_mesh_gpu_instancing for each, or a plain one where there
+/// is a single instance. Meshes of parts are written once each.
+class InstanceNodes {
+ public:
+  explicit InstanceNodes(Writer& writer) : w_(writer) {}
+  Result<Json> node_of(const batches::BatchPlan& plan, const batches::InstanceCell& cell);
+
+ private:
+  Result<std::uint32_t> mesh_of(const batches::InstancePart& part);
+  Json attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame);
+
+  Writer& w_;
+  std::map<std::uint32_t, std::uint32_t> meshes_;          // part -> glTF mesh
+  std::map<std::vector<std::uint32_t>, Json> attributes_;  // by objects
+};
 
 }  // namespace lightbatch::scene_out

@@ -91,13 +91,15 @@ bool uses_uv_set(const Json& root, std::uint32_t material, std::uint32_t set) {
   return used;
 }
 
+BakedMaterials::BakedMaterials(Json& root) : root_(root), original_(count_of(root, "materials")) {}
+
 Json BakedMaterials::copy_of(std::uint32_t material) const {
   return material == kNone ? Json::object() : root_.at("materials").at(material);
 }
 
 std::uint32_t BakedMaterials::add(std::uint32_t material, Json clone) {
   const std::uint32_t index = append(root_, "materials", std::move(clone));
-  if (material != kNone) clones_.emplace_back(material, index);
+  if (material < original_) clones_.emplace_back(material, index);
   return index;
 }
 
@@ -116,6 +118,18 @@ std::uint32_t BakedMaterials::with_lightmap(std::uint32_t material, std::uint32_
   clone["extensions"][kLightmap] = {
       {"index", textures_.at(page)}, {"texCoord", 1}, {"intensity", intensity_.at(page)}};
   it->second = add(material, std::move(clone));
+  return it->second;
+}
+
+std::uint32_t BakedMaterials::coloured(std::uint32_t material) {
+  const auto [it, fresh] = coloured_.try_emplace(material, 0);
+  if (!fresh) return it->second;
+  Json clone = copy_of(material);
+  clone["name"] = "vertex_colours_" + std::to_string(coloured_.size() - 1);
+  Json& pbr = clone["pbrMetallicRoughness"];
+  if (pbr.is_null()) pbr = Json::object();
+  if (Json* factor = member(pbr, "baseColorFactor")) *factor = {1, 1, 1, factor->at(3)};
+  it->second = append(root_, "materials", std::move(clone));
   return it->second;
 }
 

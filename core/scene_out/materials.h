@@ -22,7 +22,7 @@ void settle_materials(gltf::Json& root, std::uint32_t original,
 /// default material.
 class BakedMaterials {
  public:
-  explicit BakedMaterials(gltf::Json& root) : root_(root) {}
+  explicit BakedMaterials(gltf::Json& root);
 
   /// Textures of the lightmap pages, in page order.
   void set_pages(std::vector<std::uint32_t> textures, std::vector<float> intensity) {
@@ -33,6 +33,10 @@ class BakedMaterials {
   /// The material with MOZ_lightmap of a page on texCoord 1. Where its textures used set 1, they
   /// read `moved_set` instead (kNone: none did).
   std::uint32_t with_lightmap(std::uint32_t material, std::uint32_t page, std::uint32_t moved_set);
+
+  /// The material with a white base colour, for meshes whose COLOR_0 holds it. Stands for several
+  /// materials, so it does not bear this one's name.
+  std::uint32_t coloured(std::uint32_t material);
 
   /// The material as KHR_materials_unlit, to be multiplied by COLOR_0. `colour_in_vertices`: the
   /// vertex colours hold the whole colour, so the base colour factor becomes white.
@@ -46,10 +50,12 @@ class BakedMaterials {
   std::uint32_t add(std::uint32_t material, gltf::Json clone);
 
   gltf::Json& root_;
+  std::uint32_t original_ = 0;  // materials of the file as read
   std::vector<std::uint32_t> textures_;
   std::vector<float> intensity_;
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::uint32_t> lightmapped_;
   std::map<std::pair<std::uint32_t, bool>, std::uint32_t> unlit_;
+  std::map<std::uint32_t, std::uint32_t> coloured_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> clones_;
 };
 

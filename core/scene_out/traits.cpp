@@ -2,6 +2,7 @@
 #include <set>
 #include <string>
 
+#include "core/scene_out/colours.h"
 #include "core/scene_out/json_access.h"
 #include "core/scene_out/materials.h"
 #include "core/scene_out/source_mesh.h"
@@ -101,16 +102,19 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
   const Json& root = document.json;
   const std::vector<std::string> reasons = reasons_of_nodes(root);
   std::vector<batches::ObjectTraits> traits(scene.objects.size());
+  const std::vector<std::uint32_t> classes = material_classes(root, scene);
   std::map<std::string, std::uint32_t> layouts;
   for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
     const scene::Object& object = scene.objects[o];
     const Json& primitive = root.at("meshes").at(object.mesh).at("primitives").at(object.primitive);
     const bool lit = layout != nullptr && all_charted(*layout, object);
     const bool own_uv1 = lit && !uses_uv_set(root, index_at(primitive, "material"), 1);
+    traits[o].material_class = classes[object.material];
     std::string signature;
     std::uint32_t bytes = 0;
     for (const AttributeType& type : attribute_types(root, primitive)) {
       if (type.name == "TEXCOORD_1" && own_uv1) continue;
+      if (type.name == "COLOR_0") traits[o].material_class = kNone;
       const bool position = type.name == "POSITION";
       signature += type.name + ' ' +
                    (position ? ""

@@ -1,21 +1,66 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <unordered_map>
 
+#include "core/scene_out/source_mesh.h"
 #include "tests/unit/scene_out/files.h"
 
 namespace lightbatch::scene_out::testing {
 
-std::vector<WorldTriangle> world_triangles(const scene::Scene& scene) {
+namespace {
+
+/// COLOR_0 at the first corner of triangles, primitive by primitive; white where there is none.
+class Colours {
+ public:
+  explicit Colours(const gltf::Document& document) : document_(document), sources_(document) {}
+  Rgb at(const scene::Object& object, std::uint32_t triangle) {
+    const Json& primitive =
+        document_.json["meshes"][object.mesh]["primitives"][object.primitive]["attributes"];
+    if (!primitive.contains("COLOR_0")) return {1, 1, 1};
+    auto& values = values_[{object.mesh, object.primitive}];
+    if (values.data.empty())
+      values = *gltf::read_values(document_, primitive["COLOR_0"].get<std::uint32_t>());
+    const SourcePrimitive& source = **sources_.get(object.mesh, object.primitive);
+    const float* v = values.data.data() + source.corners[3 * std::size_t{triangle}] *
+                                              static_cast<std::size_t>(values.components);
+    return {v[0], v[1], v[2]};
+  }
+
+ private:
+  const gltf::Document& document_;
+  SourceMeshes sources_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, gltf::Values> values_;
+};
+
+std::string look_of(const scene::Material& m, const Rgb& colour) {
+  char text[200];
+  const Rgb base = m.base_color * colour;
+  std::snprintf(text, sizeof text, "%.4f %.4f %.4f %.4f m%.3f t%u e%.3g/%u a%d/%.2f %d%d",
+                static_cast<double>(base.r), static_cast<double>(base.g),
+                static_cast<double>(base.b), static_cast<double>(m.alpha),
+                static_cast<double>(m.metallic), m.base_color_texture.image,
+                static_cast<double>(luminance(m.emission)), m.emission_texture.image,
+                static_cast<int>(m.alpha_mode), static_cast<double>(m.alpha_cutoff),
+                m.double_sided ? 1 : 0, m.unlit ? 1 : 0);
+  return text;
+}
+
+}  // namespace
+
+std::vector<WorldTriangle> world_triangles(const Loaded& file) {
+  const scene::Scene& scene = file.scene;
+  Colours colours(file.document);
   std::vector<WorldTriangle> result;
   result.reserve(scene.triangles.size());
   for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
     WorldTriangle w;
     const auto corners = scene.corners(t);
     for (std::size_t c = 0; c < 3; ++c) w.corner[c] = scene.origin + to_double(corners[c]);
-    const scene::Material& material = scene.material_of(t);
-    if (material.gltf_index != scene::kNone) w.material = material.name;
+    const scene::Triangle& triangle = scene.triangles[t];
+    w.material =
+        look_of(scene.material_of(t), colours.at(scene.objects[triangle.object], triangle.source));
     result.push_back(std::move(w));
   }
   return result;

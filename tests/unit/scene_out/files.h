@@ -205,9 +205,9 @@ inline Written write(const Loaded& in, bool with_batches, const atlas::Layout* l
 /// does not matter.
 struct WorldTriangle {
   std::array<Vec3d, 3> corner;
-  std::string material;
+  std::string material;  // what it looks like: base colour with COLOR_0, texture, emission...
 };
-std::vector<WorldTriangle> world_triangles(const scene::Scene& scene);
+std::vector<WorldTriangle> world_triangles(const Loaded& file);
 
 /// The largest distance between a triangle of a and its partner in b (same material and winding);
 /// infinite when some have no partner within `reach`.

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "tests/unit/scene_out/files.h"
 
 namespace lightbatch::scene_out {
@@ -12,8 +14,8 @@ using testing::Loaded;
 using testing::write;
 
 double difference(const Loaded& a, const Bytes& b, double reach) {
-  return testing::largest_distance(testing::world_triangles(a.scene),
-                                   testing::world_triangles(load(b).scene), reach);
+  return testing::largest_distance(testing::world_triangles(a), testing::world_triangles(load(b)),
+                                   reach);
 }
 
 FileBuilder grid(int n, const Json& extra = Json::object()) {
@@ -58,9 +60,9 @@ TEST(RoundTrip, MirroredNodesKeepTheirFronts) {
   ASSERT_TRUE(in.scene.objects[0].mirrored);
   const auto out = load(write(in, true).glb);
   EXPECT_FALSE(out.scene.objects[0].mirrored);
-  EXPECT_LT(testing::largest_distance(testing::world_triangles(in.scene),
-                                      testing::world_triangles(out.scene), 0.01),
-            4e-6);
+  EXPECT_LT(
+      testing::largest_distance(testing::world_triangles(in), testing::world_triangles(out), 0.01),
+      4e-6);
 }
 
 /// Normals point out of the cubes afterwards, tangents keep their side.
@@ -187,6 +189,100 @@ TEST(RoundTrip, GpuInstancesStayOrBecomeNodesWithLight) {
   const auto lit = write(in, true, &layout);
   EXPECT_LT(difference(in, lit.glb, 0.01), 1e-5);
   EXPECT_EQ(testing::read(lit.glb).json.dump().find("EXT_mesh_gpu_instancing"), std::string::npos);
+}
+
+/// Cubes of three materials that differ in base colour, one that differs in more.
+FileBuilder painted(const char* third) {
+  FileBuilder file;
+  file.json["materials"] = {
+      {{"name", "red"}, {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0, 0, 1}}}}},
+      {{"name", "white"}, {"pbrMetallicRoughness", Json::object()}},
+      {{"name", "blue"}, {"pbrMetallicRoughness", {{"baseColorFactor", Json::parse(third)}}}},
+      {{"name", "dull"}, {"pbrMetallicRoughness", {{"roughnessFactor", 0.5}}}}};
+  for (int m = 0; m < 4; ++m) {
+    Json cube = file.cube();
+    cube["material"] = m;
+    file.node({{"mesh", file.mesh({cube})}, {"translation", {2 * m, 0, 0}}});
+  }
+  return file;
+}
+
+TEST(RoundTrip, ConstantColoursGoIntoVertices) {
+  for (const auto& [third, type] :
+       {std::pair{"[0, 0.2, 1, 1]", 5121}, {"[0, 0.123, 1, 1]", 5126}}) {
+    const FileBuilder file = painted(third);
+    const Loaded in = load(file.glb());
+    const auto written = write(in, true);
+    EXPECT_LT(difference(in, written.glb, 0.01), 1e-6);
+    const Json out = testing::read(written.glb).json;
+    std::size_t coloured = 0;
+    for (const Json& mesh : out["meshes"])
+      for (const Json& p : mesh["primitives"]) {
+        if (!p["attributes"].contains("COLOR_0")) continue;
+        ++coloured;
+        EXPECT_EQ(out["accessors"][p["attributes"]["COLOR_0"].get<std::size_t>()]["componentType"],
+                  type);
+      }
+    EXPECT_EQ(coloured, 1u);
+    EXPECT_EQ(written.plan.draws_after, 2u);
+    for (std::size_t m = 0; m < 4; ++m)
+      EXPECT_EQ(out["materials"][m], in.document.json["materials"][m]);
+    const atlas::Layout layout = testing::simple_layout(in.scene);
+    EXPECT_LT(difference(in, write(in, true, &layout).glb, 0.01), 1e-6);
+  }
+}
+
+TEST(RoundTrip, ColoursStayWhereTheyMeanMore) {
+  const auto draws = [](const std::function<void(Json&)>& change) {
+    FileBuilder file = painted("[0, 0.2, 1, 1]");
+    change(file.json);
+    return write(load(file.glb()), true).plan.draws_after;
+  };
+  EXPECT_EQ(draws([](Json&) {}), 2u);
+  EXPECT_EQ(draws([](Json& j) { j["materials"][0]["extras"] = {{"id", 1}}; }), 3u);
+  EXPECT_EQ(draws([](Json& j) { j["materials"][0]["doubleSided"] = true; }), 3u);
+  EXPECT_EQ(
+      draws([](Json& j) { j["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] = 0.5; }),
+      3u);
+  EXPECT_EQ(draws([](Json& j) {
+              j["extensionsUsed"] = {"EXT_paint"};
+              j["materials"][0]["extensions"]["EXT_paint"] = Json::object();
+            }),
+            3u);
+}
+
+TEST(RoundTrip, SharedMeshesInPartsDrawTheSameTriangles) {
+  FileBuilder file;
+  file.json["materials"] = {
+      {{"name", "red"}, {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0, 0, 1}}}}},
+      {{"name", "white"}, {"pbrMetallicRoughness", Json::object()}}};
+  std::vector<float> p;
+  std::vector<std::uint16_t> index;
+  constexpr int kSide = 100;
+  for (int y = 0; y <= kSide; ++y)
+    for (int x = 0; x <= kSide; ++x)
+      p.insert(p.end(), {static_cast<float>(x), 0, static_cast<float>(y)});
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const int a = y * (kSide + 1) + x, b = a + kSide + 1;
+      for (const int v : {a, b, a + 1, a + 1, b, b + 1})
+        index.push_back(static_cast<std::uint16_t>(v));
+    }
+  Json floor{{"attributes", {{"POSITION", file.positions(p)}}},
+             {"indices", file.accessor(index, 5123, "SCALAR")},
+             {"material", 0}};
+  Json second = floor;
+  second["attributes"]["POSITION"] = file.positions(p);
+  second["material"] = 1;
+  const std::uint32_t mesh = file.mesh({floor, second});
+  for (int i = 0; i < 6; ++i)
+    file.node({{"mesh", mesh}, {"translation", {105 * (i % 2), 0, 105 * (i / 2)}}});
+  const Loaded in = load(file.glb());
+  const auto out = write(in, true);
+  EXPECT_GT(out.plan.parts.size(), 1u);
+  EXPECT_LT(difference(in, out.glb, 0.1), 1e-4);
+  // 12 bytes of a vertex become 16, and the input has one list of indices for both primitives.
+  EXPECT_LT(static_cast<double>(out.glb.size()), 1.8 * static_cast<double>(file.glb().size()));
 }
 
 TEST(RoundTrip, InstanceCellsDrawTheSameTriangles) {

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/batches/assignment.h"
+
+namespace lightbatch::batches {
+
+enum class Fate : std::uint8_t { kMerged, kInstanced, kLeft };
+
+/// The objects of every placement (node, GPU instance) of a mesh, by primitive.
+using Placements = std::vector<std::vector<std::uint32_t>>;
+
+inline constexpr const char* kInstancedReason = "instanced: copies would exceed the allowed growth";
+
+/// What becomes of every object, before any cut: merged into batches, drawn by instance cells, or
+/// left in its node with a reason. The growth in bytes is predicted here.
+struct Fates {
+  std::vector<Fate> of_object;
+  std::vector<std::string> reason;  // of kLeft and kInstanced
+  std::vector<Placements> shared;   // of each mesh to be drawn by instance cells
+  double geometry_bytes = 0;
+  double copied_bytes = 0;
+};
+Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const KeyMap& keys);
+
+}  // namespace lightbatch::batches
