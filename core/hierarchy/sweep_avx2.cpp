@@ -16,11 +16,13 @@
 #include "core/hierarchy/split_rule.h"
 
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx2,bmi"))), apply_to = function)
+#pragma clang attribute push(__attribute__((target("avx2,bmi,bmi2"))), apply_to = function)
 #else
 #pragma GCC push_options
-#pragma GCC target("avx2,bmi")
+#pragma GCC target("avx2,bmi,bmi2")
 #endif
+
+#define LB_SWEEP_SMALL
 
 namespace lightbatch::hierarchy {
 namespace {

@@ -8,6 +8,11 @@
 
 #include "core/hierarchy/sweep_costs.h"
 
+#ifdef LB_SWEEP_SMALL
+#include "core/hierarchy/sweep_small.h"
+constexpr int kSmallDepth = kMaxDepth - 12;  // above here no depth limit touches small subtrees
+#endif
+
 constexpr std::uint32_t kParallelNode = 16384;  // larger nodes may be split by all threads
 constexpr std::uint32_t kSubtrees = 12;         // down to a twelfth of all primitives
 
@@ -65,6 +70,13 @@ class Sweep {
         write_few(task);
         continue;
       }
+#ifdef LB_SWEEP_SMALL
+      if (task.count <= kSmallTree && task.depth < kSmallDepth) {
+        SmallTree({list(task, 0), list(task, 1), list(task, 2)}, task.count, tree_)
+            .write(task.begin, task.place);
+        continue;
+      }
+#endif
       V8f box;
       const Split split =
           task.count <= kWholeSweep ? sweep_whole(task, box) : sweep_blocks(task, blocks, box);
