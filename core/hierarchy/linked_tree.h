@@ -31,12 +31,26 @@ class LinkedTree {
       lower = lower < b.lower ? lower : b.lower;
       negated_upper = negated_upper < b.negated_upper ? negated_upper : b.negated_upper;
     }
+    /// Negated.
+    Planes extent() const { return lower + negated_upper; }
     /// Half the surface area.
     float area() const {
-      const Planes e = lower + negated_upper;
+      const Planes e = extent();
       return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
     }
   };
+
+  /// Half the surface areas of four boxes of these extents.
+  static Planes areas_of(Planes a, Planes b, Planes c, Planes d) {
+    const Planes ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5);  // ax bx ay by
+    const Planes cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+    const Planes ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+    const Planes cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+    const Planes x = __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5);
+    const Planes y = __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7);
+    const Planes z = __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5);
+    return x * y + y * z + z * x;
+  }
 
   explicit LinkedTree(const TreeArrays& tree);
   /// Writes the tree depth-first.
@@ -44,6 +58,7 @@ class LinkedTree {
 
   std::uint32_t slot_count() const { return static_cast<std::uint32_t>(nodes_.size()); }
   bool is_leaf(Slot i) const { return (nodes_[i].link & kLeaf) != 0; }
+  const Node* node(Slot i) const { return &nodes_[i]; }
   Slot child(Slot i) const { return nodes_[i].link; }
   Slot parent(Slot i) const { return parents_[i / 2]; }
   Box box(Slot i) const {

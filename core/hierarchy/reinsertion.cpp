@@ -10,12 +10,14 @@
 #include "core/hierarchy/reinsertion.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <vector>
 
 #include "core/base/parallel.h"
 #include "core/hierarchy/linked_tree.h"
+#include "core/hierarchy/split_rule.h"
 
 namespace lightbatch::hierarchy {
 namespace {
@@ -45,9 +47,9 @@ class Search {
 
   /// The best place for `from`; gain 0 if it is where it should be.
   Move operator()(Slot from) {
-    Move best{0, from, 0};
-    const Box moved = tree_.box(from);
-    const float moved_area = moved.area();
+    best_ = {0, from, 0};
+    moved_ = tree_.box(from);
+    moved_area_ = moved_.area();
     const Slot home = tree_.parent(from);
     // What taking `from` out saves: all of its parent, and the shrinking of the ancestors so far.
     float saved = tree_.box(home).area();
@@ -55,31 +57,27 @@ class Search {
     Slot above = home, sibling = from ^ 1u;
     int steps = kSteps;
     while (true) {
-      stack_.push_back({saved, sibling});
-      while (!stack_.empty()) {
-        const Entry top = stack_.back();
-        stack_.pop_back();
-        if (top.saved - moved_area <= best.gain) continue;
-        if (--steps < 0) {
-          stack_.clear();
-          return best;
-        }
-        Box merged = tree_.box(top.slot);
+      // A place costs at least the area of what moves, and nothing below is better than that.
+      if (saved - moved_area_ > best_.gain) {
+        Box merged = tree_.box(sibling);
         const float own_area = merged.area();
-        merged.add(moved);
-        const float gain = top.saved - merged.area();
-        if (gain > best.gain && top.slot != (from ^ 1u)) best = {gain, from, top.slot};
-        if (tree_.is_leaf(top.slot)) continue;
-        const float rest = gain + own_area;
-        if (rest - moved_area <= best.gain) continue;
-        stack_.push_back({rest, tree_.child(top.slot)});
-        stack_.push_back({rest, tree_.child(top.slot) + 1});
+        merged.add(moved_);
+        weigh(sibling, saved - merged.area(), own_area, sibling != (from ^ 1u));
+        while (size_ > 0) {
+          const Entry top = stack_[--size_];
+          if (top.saved - moved_area_ <= best_.gain) continue;
+          if (--steps < 0) {
+            size_ = 0;
+            return best_;
+          }
+          open_pair(top);
+        }
       }
       if (above != home) {
         pivot.add(tree_.box(sibling));
         saved += tree_.box(above).area() - pivot.area();
       }
-      if (above == 0) return best;
+      if (above == 0) return best_;
       sibling = above ^ 1u;
       above = tree_.parent(above);
     }
@@ -88,10 +86,39 @@ class Search {
  private:
   struct Entry {
     float saved;
-    Slot slot;
+    Slot pair;
   };
+
+  /// Both children of a node lie side by side: one line of memory, four areas at once.
+  void open_pair(const Entry& top) {
+    Box first = tree_.box(top.pair), second = tree_.box(top.pair + 1);
+    const Box own_first = first, own_second = second;
+    first.add(moved_);
+    second.add(moved_);
+    const LinkedTree::Planes areas = LinkedTree::areas_of(own_first.extent(), own_second.extent(),
+                                                          first.extent(), second.extent());
+    weigh(top.pair, top.saved - areas[2], areas[0], true);
+    weigh(top.pair + 1, top.saved - areas[3], areas[1], true);
+  }
+
+  void weigh(Slot slot, float gain, float own_area, bool allowed) {
+    if (gain > best_.gain && allowed) {
+      best_.gain = gain;
+      best_.to = slot;
+    }
+    const float rest = gain + own_area;
+    if (!tree_.is_leaf(slot) && rest - moved_area_ > best_.gain) {
+      stack_[size_++] = {rest, tree_.child(slot)};
+      __builtin_prefetch(tree_.node(tree_.child(slot)));
+    }
+  }
+
   const LinkedTree& tree_;
-  std::vector<Entry> stack_;
+  Move best_;
+  Box moved_;
+  float moved_area_ = 0;
+  std::array<Entry, kMaxDepth + 2> stack_;  // one waits on each level
+  std::size_t size_ = 0;
 };
 
 /// At least `count` slots with the largest boxes (all of one histogram bin are in or out), in
