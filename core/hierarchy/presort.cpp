@@ -41,8 +41,8 @@ class Presort {
           const std::array<Record*, 3>& spare)
       : boxes_(boxes),
         lists_(lists),
-        chunks_(boxes.size() < kSmall ? 1 : 4),
-        counts_(3 * chunks_ * kDigits) {
+        chunks_(boxes.size() < kSmall || thread_count() == 1 ? 1 : 4),
+        counts_((chunks_ == 1 ? 9 : 3 * chunks_) * kDigits) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       auto* pairs = reinterpret_cast<Keyed*>(spare[axis]);
       pairs_[0][axis] = pairs;
@@ -51,6 +51,7 @@ class Presort {
   }
 
   void run() {
+    if (chunks_ == 1) count_all();
     pass(
         [&](std::size_t axis, std::size_t i) {
           return Keyed{ordered_bits(centre_key(boxes_[i], axis)), static_cast<std::uint32_t>(i)};
@@ -71,25 +72,43 @@ class Presort {
   }
 
  private:
+  /// With one chunk an element's digits are counted once, for the three passes.
+  void count_all() {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::uint32_t* counts = counts_.data() + axis * kDigits;
+      for (const Aabb& box : boxes_) {
+        const std::uint32_t key = ordered_bits(centre_key(box, axis));
+        ++counts[key & (kDigits - 1)];
+        ++counts[3 * kDigits + (key >> kBits & (kDigits - 1))];
+        ++counts[6 * kDigits + (key >> 2 * kBits)];
+      }
+    }
+  }
+
   template <typename Read, typename Write>
   void pass(Read read, int shift, Write write) {
     const auto digit = [&](const Keyed& k) { return (k.key >> shift) & (kDigits - 1); };
+    const std::size_t pass_index = static_cast<std::size_t>(shift / kBits);
+    std::uint32_t* const all_counts =
+        counts_.data() + (chunks_ == 1 ? 3 * kDigits * pass_index : 0);
     const auto each_chunk = [&](auto body) {
       parallel_for(3 * chunks_, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t task = first; task < last; ++task) {
           const std::size_t axis = task / chunks_, chunk = task % chunks_;
-          body(axis, counts_.data() + task * kDigits, chunk * boxes_.size() / chunks_,
+          body(axis, all_counts + task * kDigits, chunk * boxes_.size() / chunks_,
                (chunk + 1) * boxes_.size() / chunks_);
         }
       });
     };
-    each_chunk([&](std::size_t axis, std::uint32_t* counts, std::size_t begin, std::size_t end) {
-      std::fill_n(counts, kDigits, 0u);
-      for (std::size_t i = begin; i < end; ++i) ++counts[digit(read(axis, i))];
-    });
+    if (chunks_ > 1) {
+      each_chunk([&](std::size_t axis, std::uint32_t* counts, std::size_t begin, std::size_t end) {
+        std::fill_n(counts, kDigits, 0u);
+        for (std::size_t i = begin; i < end; ++i) ++counts[digit(read(axis, i))];
+      });
+    }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       std::uint32_t sum = 0;
-      std::uint32_t* counts = counts_.data() + axis * chunks_ * kDigits;
+      std::uint32_t* counts = all_counts + axis * chunks_ * kDigits;
       for (std::size_t d = 0; d < kDigits; ++d) {
         for (std::size_t chunk = 0; chunk < chunks_; ++chunk) {
           const std::uint32_t count = counts[chunk * kDigits + d];
