@@ -252,17 +252,21 @@ void report_counters(Json& report, const plan::EffectPlan& effects, const LightB
       if (e["name"] == effect) e["counters"] = std::move(counters);
     }
   };
-  set("point_lights", {{"punctual shadow rays", rays.punctual_shadow}});
-  set("spot_lights", {{"punctual shadow rays", rays.punctual_shadow}});
-  set("directional_lights", {{"punctual shadow rays", rays.punctual_shadow}});
+  using plan::Effect;
+  // Shared counters belong to what is on.
+  const auto counted = [&](Effect e, std::uint64_t n) { return effects.on(e) ? n : 0; };
+  for (const Effect e : {Effect::kPointLights, Effect::kSpotLights, Effect::kDirectionalLights}) {
+    set(plan::effect_name(e), {{"punctual shadow rays", counted(e, rays.punctual_shadow)}});
+  }
   set("emitters",
       {{"emitter shadow rays", rays.emitter_shadow}, {"polygon factors", rays.polygon_factors}});
   set("shadows", {{"shadow rays", rays.punctual_shadow + rays.emitter_shadow}});
   set("sky", {{"rays to the sky", rays.sky_escapes}});
   set("interreflection", {{"hemisphere rays", rays.hemisphere}, {"links", bake.radiosity.links}});
-  set("alpha_cutout", {{"alpha look-ups", rays.alpha_lookups}});
-  set("alpha_blend", {{"sheet crossings", rays.sheet_crossings}});
-  set("transmission", {{"sheet crossings", rays.sheet_crossings}});
+  set("alpha_cutout", {{"alpha look-ups", counted(Effect::kAlphaCutout, rays.alpha_lookups)}});
+  set("alpha_blend", {{"alpha look-ups", counted(Effect::kAlphaBlend, rays.alpha_lookups)},
+                      {"sheet crossings", counted(Effect::kAlphaBlend, rays.sheet_crossings)}});
+  set("transmission", {{"sheet crossings", counted(Effect::kTransmission, rays.sheet_crossings)}});
 }
 
 void report_stages(Json& report, const StageClock& clock) {

@@ -1,6 +1,8 @@
 // What was simulated, and what came of it: effect plan, lightmaps, radiosity.
 
 #include <algorithm>
+#include <set>
+#include <string>
 
 #include "core/report/markup.h"
 #include "core/report/plot.h"
@@ -34,7 +36,7 @@ std::string effect_row(const Json& effect) {
                      (on ? "on\">on" : "off\">off") + "</span>" +
                      (flag(effect, "overridden").value_or(false) ? " as asked" : "") + "</td><td>" +
                      evidence_of(effect) + "</td><td class=\"n\">";
-  if (const auto share = number(effect, "cost_share"); share && on) {
+  if (const auto share = number(effect, "cost_share"); share && on && *share > 0) {
     html += escape(percent_text(*share)) + "<span class=\"meter\"><i style=\"width:" +
             coordinate(100 * std::clamp(*share, 0.0, 1.0)) + "%\"></i></span>";
   }
@@ -65,13 +67,17 @@ std::string plan_section(const Json& report) {
 }
 
 std::string lightmap_section(const Json& report, const std::vector<Picture>& pictures) {
+  std::set<std::string> left_out = {"pages"};
+  if (number(object(report, "lightmaps"), "texels_per_metre_asked").value_or(0) <= 0) {
+    left_out.insert("texels_per_metre_asked");  // chosen from the scene
+  }
   std::string html = pairs_of(object(report, "lightmaps"),
                               {{"texels_per_metre_asked", "texels per metre, asked"},
                                {"texels_per_metre_given", "texels per metre, given"},
                                {"texels", "texels"},
                                {"charts", "charts"},
                                {"utilisation", "utilisation"}},
-                              {"pages"});
+                              left_out);
   const Json& pages = list(report, "lightmaps/pages");
   const std::string table = table_of(pages, with_further(pages, {{"name", "page", Format::kText},
                                                                  {"width", "width"},
