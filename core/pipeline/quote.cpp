@@ -52,6 +52,7 @@ Result<std::vector<Price>> quote(const JobOptions& options, const Prepared& p,
                        kWritePerTexel * static_cast<double>(places.texels.texels.size());
   const auto measure = measure_for_settings(p, places);
   std::vector<Pilot> pilots;
+  clock.start("pilot");
   for (const double target : kQuotedErrors) {
     if (target < kFinestPilot) continue;
     progress.report("pilot at " + std::to_string(std::lround(100 * target)) + "%", 0);
@@ -90,8 +91,6 @@ Result<std::vector<Price>> quote(const JobOptions& options, const Prepared& p,
     prices.push_back(
         {target, 0, before + last.seconds * std::pow(last.target / target, slope) + after});
   }
-  // The pilot's own time is spent once, on the clock of the job.
-  clock.start("pilot");
   clock.stop();
   return prices;
 }

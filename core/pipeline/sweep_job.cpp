@@ -63,6 +63,7 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
     char phase[24];
     std::snprintf(phase, sizeof phase, "bake at %.3g%%", 100 * target);
     progress.report(phase, 0);
+    clock.start(phase);
     StageClock own;
     p.target_error = target;
     const auto settings =
@@ -84,6 +85,7 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
                   100 * target, 100 * c.relrmse, 100 * c.low, 100 * c.high, seconds, cpu);
     summary += line;
   }
+  clock.stop();
   Json report = report_head(options, input, p);
   report["sweep"] = rows;
   report_stages(report, clock);

@@ -76,12 +76,13 @@ std::string accuracy_section(const Json& report) {
                                        {"high", "at most", Format::kSeconds}});
   if (!quote.empty()) tables += "<h3>Price list</h3>\n" + quote;
   const Plot plot = error_time_plot(report);
+  std::string caption = "Error against time.";
+  if (object(report, "accuracy").contains("certified") || !list(report, "sweep").empty()) {
+    caption += " Bars: 95 % interval of the certified error.";
+  }
+  if (!list(report, "quote").empty()) caption += " Quoted: expected before baking.";
   std::string html =
-      beside(plot.series.empty() ? std::string()
-                                 : drawing(plot_svg(plot),
-                                           "Error against time. Bars: 95 % interval of the "
-                                           "certified error. Quoted: expected before baking."),
-             tables);
+      beside(plot.series.empty() ? std::string() : drawing(plot_svg(plot), caption), tables);
   html += table_of(list(report, "sweep"), {{"target", "target", Format::kPercent},
                                            {"certified", "certified error", Format::kPercent},
                                            {"low", "low (95 %)", Format::kPercent},

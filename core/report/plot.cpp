@@ -139,8 +139,10 @@ class PlotDrawing {
       if (!shows(point)) continue;
       const std::string at = coordinate(px(point.x)) + " " + coordinate(py(point.y));
       path += (path.empty() ? "M" : " L") + at;
-      if (point.low < point.high && y_.shows(point.low) && y_.shows(point.high)) {
-        dots += line(px(point.x), py(point.low), px(point.x), py(point.high), "bar " + colour);
+      if (point.low < point.high && y_.shows(point.high)) {
+        // A bar down to 0 leaves a logarithmic plot at its foot.
+        const double foot = y_.shows(point.low) ? py(point.low) : bottom_;
+        dots += line(px(point.x), foot, px(point.x), py(point.high), "bar " + colour);
       }
       dots +=
           circle(px(point.x), py(point.y), series.points.size() > 60 ? 1.5 : 3.5, "dot " + colour);
