@@ -13,7 +13,7 @@ v1::Capabilities capabilities(const ServiceContext& context) {
   out.set_build_id(context.engine.build_id());
   for (const v1::JobKind kind :
        {v1::JOB_KIND_BAKE, v1::JOB_KIND_PLAN, v1::JOB_KIND_QUOTE, v1::JOB_KIND_SWEEP,
-        v1::JOB_KIND_HIERARCHY, v1::JOB_KIND_RELIGHT}) {
+        v1::JOB_KIND_HIERARCHY, v1::JOB_KIND_RELIGHT, v1::JOB_KIND_VIEWS}) {
     out.add_job_kinds(kind);
   }
   out.set_max_message_bytes(kMaxMessageBytes);

@@ -82,6 +82,9 @@ Result<pipeline::JobOptions> to_pipeline(const v1::JobOptions& in) {
     case v1::JOB_KIND_RELIGHT:
       out.kind = pipeline::JobKind::kRelight;
       break;
+    case v1::JOB_KIND_VIEWS:
+      out.kind = pipeline::JobKind::kViews;
+      break;
     default:
       return unknown_enum("kind");
   }
@@ -123,6 +126,24 @@ Result<pipeline::JobOptions> to_pipeline(const v1::JobOptions& in) {
     default:
       return unknown_enum("solver");
   }
+  switch (in.compression()) {
+    case v1::COMPRESSION_UNSPECIFIED:
+      out.compression = pipeline::Compression::kAsInput;
+      break;
+    case v1::COMPRESSION_NONE:
+      out.compression = pipeline::Compression::kNone;
+      break;
+    case v1::COMPRESSION_MESHOPT:
+      out.compression = pipeline::Compression::kMeshopt;
+      break;
+    default:
+      return unknown_enum("compression");
+  }
+  out.max_vertices = in.max_vertices();
+  if (in.max_growth() != 0) out.max_growth = in.max_growth();
+  if (in.draws_share() != 0) out.draws_share = in.draws_share();
+  out.keep_materials = in.keep_materials();
+  out.other_scenes.assign(in.other_scenes().begin(), in.other_scenes().end());
   out.target_error = in.target_error();
   out.time_budget = in.time_budget_seconds();
   out.texels_per_metre = in.texels_per_metre();
@@ -151,6 +172,8 @@ std::string canonical_bytes(const v1::JobOptions& options) {
   if (full.carrier() == 0) full.set_carrier(v1::CARRIER_LIGHTMAP);
   if (full.lights() == 0) full.set_lights(v1::LIGHTS_POLICY_REMOVE);
   if (full.lightmap_size() == 0) full.set_lightmap_size(defaults.lightmap_size);
+  if (full.max_growth() == 0) full.set_max_growth(defaults.max_growth);
+  if (full.draws_share() == 0) full.set_draws_share(defaults.draws_share);
   if (full.profile().empty()) full.set_profile(defaults.profile);
   if (!full.has_seed()) full.set_seed(defaults.seed);
   full.set_threads(0);
@@ -187,6 +210,8 @@ Result<JobStore::Submission> make_submission(const v1::SubmitJobRequest& request
   LB_RETURN_IF_ERROR(engine.validate(options));
   LB_RETURN_IF_ERROR(check_named_file(scene, options.sky_file, "sky_file"));
   LB_RETURN_IF_ERROR(check_named_file(scene, options.lights_file, "lights_file"));
+  for (const std::string& other : options.other_scenes)
+    LB_RETURN_IF_ERROR(check_named_file(scene, other, "other_scenes"));
   if (options.profile.ends_with(".json")) {
     LB_RETURN_IF_ERROR(check_named_file(scene, options.profile, "profile"));
   }

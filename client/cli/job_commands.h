@@ -31,8 +31,14 @@ struct JobWords {
   std::string errors;  // sweep
   std::string levels;  // hierarchy
   bool compare = false;
-  std::string lights_file;  // relight
-  std::string report;       // copy of report.json
+  std::uint32_t max_vertices = 0;
+  double max_growth = 0;
+  double draws_share = 0;
+  bool keep_materials = false;
+  std::string compress;
+  std::vector<std::string> others;  // views
+  std::string lights_file;          // relight
+  std::string report;               // copy of report.json
   bool json = false;
   bool quiet = false;
   bool no_cache = false;

@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "client/cli/units.h"
+#include "lightbatch/client.h"
 
 namespace lightbatch::cli {
 namespace {
@@ -41,6 +42,16 @@ class Builder {
         kInputFolder + std::string(name) + std::filesystem::path(file).extension().string();
     request_.extra_files[path] = file;
     return path;
+  }
+
+  /// Puts a further scene and the files that it names beside the first.
+  void add_scene(const std::string& file) {
+    const auto files = client::scene_files(file);
+    if (!files.ok()) return complain("there is no file " + file);
+    const std::string folder =
+        kInputFolder + std::to_string(request_.options.other_scenes_size() + 1) + "/";
+    for (const auto& [path, beside] : *files) request_.extra_files[folder + path] = beside;
+    request_.options.add_other_scenes(folder + std::filesystem::path(file).filename().string());
   }
 
   void accuracy() {
@@ -92,6 +103,13 @@ class Builder {
     options.set_skip_batches(words_.no_batches);
     options.set_skip_lightmaps(words_.no_lightmaps);
     options.set_compare(words_.compare);
+    options.set_max_vertices(words_.max_vertices);
+    options.set_max_growth(words_.max_growth);
+    options.set_draws_share(words_.draws_share);
+    options.set_keep_materials(words_.keep_materials);
+    if (words_.compress == "none") options.set_compression(v1::COMPRESSION_NONE);
+    if (words_.compress == "meshopt") options.set_compression(v1::COMPRESSION_MESHOPT);
+    for (const std::string& other : words_.others) add_scene(other);
   }
 
   void lists() {

@@ -87,6 +87,24 @@ void add_light(CLI::App& command, Words& words) {
       ->capture_default_str();
   command.add_option("--max-batches", words.job.max_batches, "Most batches (default: by cost)")
       ->check(CLI::Range(1, 1'000'000'000));
+  command
+      .add_option("--max-vertices", words.job.max_vertices,
+                  "Most vertices of one primitive (default: the profile's)")
+      ->check(CLI::Range(3u, 0xfffffffeu));
+  command
+      .add_option("--max-growth", words.job.max_growth,
+                  "Geometry may grow by this factor through copies of instances (default: 16)")
+      ->check(CLI::Range(1.0, 1e6));
+  command
+      .add_option("--draws-share", words.job.draws_share,
+                  "Files of more than 500 draws: draws to keep, as a share (default: 0.1)")
+      ->check(CLI::Range(1e-6, 1.0));
+  command.add_flag("--keep-materials", words.job.keep_materials,
+                   "Merge no materials through vertex colours");
+  command
+      .add_option("--compress", words.job.compress,
+                  "Geometry of scene.glb: none, meshopt (default: as the input was)")
+      ->check(CLI::IsMember({"none", "meshopt"}));
   command.add_flag("--no-batches", words.job.no_batches, "Leave the scene's nodes as they are");
   command.add_flag("--no-lightmaps", words.job.no_lightmaps, "Bake no light");
   command.add_option("--effects", words.job.effects,
@@ -153,6 +171,16 @@ int run(int argc, char** argv) {
   hierarchy->get_option("--output")->description("Folder, or one file: boxes.glb, .svg, .png");
   hierarchy->add_option("--levels", words.job.levels, "Levels to draw: 13,14,15,16,20");
   hierarchy->add_flag("--compare", words.job.compare, "Measure other builders too");
+  auto* views = app.add_subcommand("views", "Draws and triangles that views submit, file by file");
+  views->add_option("SCENE", words.job.others, "Files; the first gives the views")->required();
+  views
+      ->add_option("--profile", words.job.profile,
+                   "Costs and eyes: desktop, webgl, mobile or a .json file")
+      ->capture_default_str();
+  views->add_option("-o,--output", words.job.output, "Folder for views.json");
+  views->add_option("--threads", words.job.threads, "Threads")->check(CLI::Range(1, 1024));
+  views->add_option("--report", words.job.report, "Write views.json to this file too");
+  add_common(*views, words);
   auto* relight = app.add_subcommand("relight", "New lights on an earlier bake");
   relight->add_option("BAKE", words.job.scene, "Folder of an earlier bake")->required();
   relight->add_option("--lights", words.job.lights_file, "New intensities and colours (.json)")
@@ -191,7 +219,12 @@ int run(int argc, char** argv) {
   const std::vector<std::pair<CLI::App*, v1::JobKind>> kinds = {
       {bake, v1::JOB_KIND_BAKE},           {plan, v1::JOB_KIND_PLAN},
       {quote, v1::JOB_KIND_QUOTE},         {sweep, v1::JOB_KIND_SWEEP},
-      {hierarchy, v1::JOB_KIND_HIERARCHY}, {relight, v1::JOB_KIND_RELIGHT}};
+      {hierarchy, v1::JOB_KIND_HIERARCHY}, {relight, v1::JOB_KIND_RELIGHT},
+      {views, v1::JOB_KIND_VIEWS}};
+  if (views->parsed()) {
+    words.job.scene = words.job.others.front();
+    words.job.others.erase(words.job.others.begin());
+  }
   for (const auto& [command, kind] : kinds) {
     if (command->parsed()) return run_job_command(kind, words.job, words.server);
   }

@@ -128,13 +128,12 @@ std::vector<DrawItem> draws_of_median_split(const scene::Scene& scene, std::uint
   return draws;
 }
 
-ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,
-                           const std::vector<DrawItem>& draws) {
-  const auto views = measuring_views(scene, profile, kInsideViews, kOutsideViews);
-  std::vector<ViewFigures> per_view(views.size());
-  parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+ViewsFigures measure_draws(const ViewSet& set, const std::vector<DrawItem>& draws) {
+  const Profile& profile = set.profile;
+  std::vector<ViewFigures> per_view(set.views.size());
+  parallel_for(set.views.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      const Frustum frustum(views[v], profile);
+      const Frustum frustum(set.views[v], profile);
       for (const DrawItem& item : draws) {
         if (frustum.outside(item.box)) continue;
         const double triangles = static_cast<double>(item.triangles);
@@ -144,42 +143,56 @@ ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,
       }
     }
   });
-  ViewsFigures sum;
-  std::uint32_t count[2] = {0, 0};
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    ViewFigures& into = views[v].inside ? sum.inside : sum.outside;
-    into.draws += per_view[v].draws;
-    into.triangles += per_view[v].triangles;
-    into.cost += per_view[v].cost;
-    ++count[views[v].inside ? 0 : 1];
+  ViewsFigures mean;
+  for (std::size_t v = 0; v < per_view.size(); ++v) {
+    const bool inside = set.views[v].inside;
+    const double share = 1.0 / std::max(1u, inside ? set.inside : set.outside);
+    ViewFigures& into = inside ? mean.inside : mean.outside;
+    into.draws += share * per_view[v].draws;
+    into.triangles += share * per_view[v].triangles;
+    into.cost += share * per_view[v].cost;
   }
-  int which = 0;
-  for (ViewFigures* f : {&sum.inside, &sum.outside}) {
-    const double scale = 1.0 / std::max(1u, count[which++]);
-    f->draws *= scale;
-    f->triangles *= scale;
-    f->cost *= scale;
+  return mean;
+}
+
+ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,
+                           const std::vector<DrawItem>& draws) {
+  ViewSet set;
+  set.profile = profile;
+  set.views = measuring_views(scene, profile, kInsideViews, kOutsideViews);
+  for (const View& view : set.views) ++(view.inside ? set.inside : set.outside);
+  return measure_draws(set, draws);
+}
+
+ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
+                      const Profile& profile) {
+  ViewSet set;
+  set.profile = profile;
+  set.views = measuring_views(scene, profile, kInsideViews, kOutsideViews);
+  std::vector<std::uint64_t> ideal(set.views.size());
+  parallel_for(ideal.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v)
+      ideal[v] = ideal_triangles(scene, tree, Frustum(set.views[v], profile));
+  });
+  for (std::size_t v = 0; v < ideal.size(); ++v) {
+    ++(set.views[v].inside ? set.inside : set.outside);
+    (set.views[v].inside ? set.ideal_inside : set.ideal_outside) += static_cast<double>(ideal[v]);
   }
-  return sum;
+  set.ideal_inside /= std::max(1u, set.inside);
+  set.ideal_outside /= std::max(1u, set.outside);
+  return set;
 }
 
 ViewsReport measure_views(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                           const Profile& profile, const BatchPlan& plan) {
+  const ViewSet set = make_view_set(scene, tree, profile);
   ViewsReport report;
-  const auto views = measuring_views(scene, profile, kInsideViews, kOutsideViews);
-  std::vector<std::uint64_t> ideal(views.size());
-  parallel_for(views.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v)
-      ideal[v] = ideal_triangles(scene, tree, Frustum(views[v], profile));
-  });
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    ++(views[v].inside ? report.inside_views : report.outside_views);
-    (views[v].inside ? report.ideal_inside : report.ideal_outside) += static_cast<double>(ideal[v]);
-  }
-  report.ideal_inside /= std::max(1u, report.inside_views);
-  report.ideal_outside /= std::max(1u, report.outside_views);
-  report.before = measure_draws(scene, profile, draws_of_input(scene));
-  report.after = measure_draws(scene, profile, draws_of_plan(scene, plan));
+  report.inside_views = set.inside;
+  report.outside_views = set.outside;
+  report.ideal_inside = set.ideal_inside;
+  report.ideal_outside = set.ideal_outside;
+  report.before = measure_draws(set, draws_of_input(scene));
+  report.after = measure_draws(set, draws_of_plan(scene, plan));
   return report;
 }
 

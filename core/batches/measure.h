@@ -5,6 +5,7 @@
 
 #include "core/batches/plan.h"
 #include "core/batches/profile.h"
+#include "core/batches/views.h"
 
 namespace lightbatch::batches {
 
@@ -40,6 +41,17 @@ struct ViewsReport {
   double ideal_inside = 0, ideal_outside = 0;  // triangles not wholly outside one frustum plane
   ViewsFigures before, after;
 };
+
+/// The views that measures are means of: fixed for a scene and profile.
+struct ViewSet {
+  Profile profile;
+  std::vector<View> views;
+  std::uint32_t inside = 0, outside = 0;
+  double ideal_inside = 0, ideal_outside = 0;  // triangles not wholly outside one frustum plane
+};
+ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
+                      const Profile& profile);
+ViewsFigures measure_draws(const ViewSet& views, const std::vector<DrawItem>& draws);
 
 /// Means over a fixed set of views (frustum culling of boxes).
 ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,

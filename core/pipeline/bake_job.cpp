@@ -38,13 +38,6 @@ struct Made {
   batches::BatchPlan plan;
 };
 
-Result<batches::Profile> read_profile_option(const JobOptions& options, const JobInput& input) {
-  const auto file = input.files.find(options.profile);
-  if (file == input.files.end()) return batches::preset_profile(options.profile);
-  LB_ASSIGN_OR_RETURN(const Bytes bytes, read_file(file->second));
-  return batches::read_profile(as_text(bytes), options.profile);
-}
-
 Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& report,
                   StageClock& clock, const Progress& progress) {
   LB_ASSIGN_OR_RETURN(made.places, make_places(options, p, clock, progress));
@@ -72,9 +65,14 @@ Status plan_batches(const JobOptions& options, const Prepared& p, const batches:
                     Made& made, const Progress& progress) {
   batches::BatchOptions batch_options;
   batch_options.max_batches = static_cast<std::uint32_t>(options.max_batches);
+  batch_options.max_vertices = options.max_vertices;
+  batch_options.max_growth = options.max_growth;
+  batch_options.draws_share = options.draws_share;
   batch_options.traits = scene_out::describe_objects(
       p.document, *p.scene,
       options.lightmaps && options.carrier != Carrier::kPortable ? &made.places.layout : nullptr);
+  if (options.keep_materials)
+    for (batches::ObjectTraits& traits : batch_options.traits) traits.material_class = scene::kNone;
   if (options.lightmaps) {
     // Portable: lit and unlit triangles only have to stay apart.
     const bool pages = options.carrier != Carrier::kPortable;
@@ -99,6 +97,8 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   }
   scene_out::WriteOptions write;
   write.remove_lights = options.lightmaps && options.lights == LightsPolicy::kRemove;
+  write.meshopt = options.compression == Compression::kMeshopt ||
+                  (options.compression == Compression::kAsInput && p.document.had_meshopt);
   const batches::BatchPlan* plan = options.batches ? &made.plan : nullptr;
   const atlas::Layout* layout = options.lightmaps ? &made.places.layout : nullptr;
   if (options.carrier != Carrier::kPortable) {

@@ -37,6 +37,11 @@ Status validate(const JobOptions& o) {
     return bad_option("sky: a luminance or a file, not both");
   }
   if (o.max_batches < 0) return bad_option("max batches: at least 0");
+  if (o.max_vertices != 0 && o.max_vertices < 3) return bad_option("max vertices: at least 3");
+  if (!finite(o.max_growth) || o.max_growth < 1) return bad_option("max growth: at least 1");
+  if (!(o.draws_share > 0 && o.draws_share <= 1)) {
+    return bad_option("share of draws: above 0 and at most 1");
+  }
   if (o.threads < 0 || o.threads > 1024) return bad_option("threads: 0 (all) to 1024");
   if (o.kind == JobKind::kBake && !o.batches && !o.lightmaps) {
     return bad_option("without batches and without lightmaps nothing is left to do");
@@ -71,6 +76,8 @@ Result<JobOutcome> run_job(const JobOptions& options, const JobInput& input,
         return run_sweep(options, input, output, progress);
       case JobKind::kHierarchy:
         return run_hierarchy(options, input, output, progress);
+      case JobKind::kViews:
+        return run_views(options, input, output, progress);
       case JobKind::kRelight:
         return Status(StatusCode::kUnimplemented, "RELIGHT_UNSUPPORTED",
                       "this version cannot relight; bake again with the new lights");

@@ -11,7 +11,8 @@
 
 namespace lightbatch::pipeline {
 
-enum class JobKind { kBake, kPlan, kQuote, kSweep, kHierarchy, kRelight };
+enum class JobKind { kBake, kPlan, kQuote, kSweep, kHierarchy, kRelight, kViews };
+enum class Compression { kAsInput, kNone, kMeshopt };
 enum class Carrier { kLightmap, kPortable, kBoth };
 enum class LightsPolicy { kRemove, kKeep };
 enum class SolverMode { kAuto, kStoredRay, kLinked };
@@ -31,15 +32,21 @@ struct JobOptions {
   SolverMode solver = SolverMode::kAuto;
   std::string profile = "desktop";  // desktop, webgl, mobile, or a key of JobInput::files (.json)
   int max_batches = 0;              // 0: the profile's cost decides
+  std::uint32_t max_vertices = 0;   // of one primitive; 0: the profile's
+  double max_growth = 16;           // of geometry, by copies of shared meshes
+  double draws_share = 0.1;         // of the input's draws, for files of more than 500
+  bool keep_materials = false;      // none merged through vertex colours
+  Compression compression = Compression::kAsInput;
   bool batches = true;
   bool lightmaps = true;
   std::vector<std::string> effects;  // "+shadows", "-sky": overrides of the effect plan
   std::uint64_t seed = 1;
-  int threads = 0;                   // 0: all
-  std::vector<double> sweep_errors;  // kSweep
-  std::vector<int> levels;           // kHierarchy: levels to draw; empty: 13,14,15,16,20
-  bool compare = false;              // kHierarchy: measure other builders too
-  std::string lights_file;           // kRelight: key of JobInput::files
+  int threads = 0;                        // 0: all
+  std::vector<double> sweep_errors;       // kSweep
+  std::vector<int> levels;                // kHierarchy: levels to draw; empty: 13,14,15,16,20
+  bool compare = false;                   // kHierarchy: measure other builders too
+  std::string lights_file;                // kRelight: key of JobInput::files
+  std::vector<std::string> other_scenes;  // kViews: keys of JobInput::files
 };
 Status validate(const JobOptions& options);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/batches/profile.h"
 #include "core/pipeline/job.h"
 
 namespace lightbatch::pipeline {
@@ -19,5 +20,12 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
 /// hierarchy.json, boxes.glb (a node for each level), boxes_L.svg and boxes_L.png for each level L.
 Result<JobOutcome> run_hierarchy(const JobOptions& options, const JobInput& input,
                                  const std::filesystem::path& output, const Progress& progress);
+
+/// views.json: draws and triangles of the scene and of other files, from the same views.
+Result<JobOutcome> run_views(const JobOptions& options, const JobInput& input,
+                             const std::filesystem::path& output, const Progress& progress);
+
+/// The hardware profile that the options name.
+Result<batches::Profile> read_profile_option(const JobOptions& options, const JobInput& input);
 
 }  // namespace lightbatch::pipeline

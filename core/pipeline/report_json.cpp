@@ -24,6 +24,8 @@ const char* kind_name(JobKind kind) {
       return "hierarchy";
     case JobKind::kRelight:
       return "relight";
+    case JobKind::kViews:
+      return "views";
   }
   return "unknown";
 }

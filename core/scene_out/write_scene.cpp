@@ -6,6 +6,7 @@
 #include "core/scene_out/in_place.h"
 #include "core/scene_out/lights.h"
 #include "core/scene_out/mend_decoded.h"
+#include "core/scene_out/meshopt_encode.h"
 #include "core/scene_out/pack.h"
 #include "core/scene_out/vertex_light.h"
 #include "core/scene_out/writer.h"
@@ -121,7 +122,8 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   std::vector<const Bytes*> buffers;
   for (const Bytes& b : document.buffers) buffers.push_back(&b);
   for (const Bytes& b : fresh) buffers.push_back(&b);
-  const Bytes binary = pack(w.root, document.json, buffers);
+  Bytes binary = pack(w.root, document.json, buffers);
+  if (options.meshopt) binary = compress_views(w.root, document.json, std::move(binary));
   return gltf::write_glb(std::move(w.root), binary);
 }
 

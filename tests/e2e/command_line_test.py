@@ -75,6 +75,32 @@ class CommandLine(programs.WithFolder):
         self.assertEqual(office.returncode, 0, office.stderr)
         self.assertGreater(os.path.getsize(self.path("office.glb")), 10_000)
 
+    def test_views_of_several_files(self):
+        office = self.path("office.glb")
+        lightbatch("scene", "office", "--triangles", "20000", "-o", office)
+        done = lightbatch("bake", office, "-o", self.path("out"), "--no-lightmaps", "-q",
+                          "--compress", "meshopt", "--max-growth", "4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        baked = self.path("out", "scene.glb")
+        document, binary = programs.room_document()
+        document["buffers"][0]["uri"] = "room.bin"
+        self.write("room.bin", binary)
+        room = self.write("room.gltf", json.dumps(document).encode())
+        shown = lightbatch("views", office, baked, room, "-q", "--json")
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        report = json.loads(shown.stdout)["report"]
+        self.assertEqual([f["file"] for f in report["files"]],
+                         ["office.glb", "1/scene.glb", "2/room.gltf"])
+        before, after = report["files"][0], report["files"][1]
+        self.assertEqual(before["all_triangles"], after["all_triangles"])
+        self.assertLess(after["all_draws"], before["all_draws"])
+        self.assertLess(after["inside"]["cost_us"], before["inside"]["cost_us"])
+        for file in (before, after):
+            self.assertGreaterEqual(file["inside"]["of_ideal"], 1)
+        table = lightbatch("views", office, "-q")
+        self.assertIn("office.glb", table.stdout)
+        self.assertEqual(lightbatch("views", office, self.path("none.glb"), "-q").returncode, 2)
+
     def test_a_gltf_with_its_files(self):
         document, binary = programs.room_document()
         document["buffers"][0]["uri"] = "data/the%20room.bin"

@@ -251,6 +251,18 @@ TEST(RoundTrip, ColoursStayWhereTheyMeanMore) {
             3u);
 }
 
+TEST(RoundTrip, MeshoptViewsDecodeToTheSameScene) {
+  const FileBuilder file = painted("[0, 0.2, 1, 1]");
+  const Loaded in = load(file.glb());
+  WriteOptions options;
+  options.meshopt = true;
+  const Bytes glb = write(in, true, nullptr, {}, options).glb;
+  const Loaded out = load(glb);
+  EXPECT_TRUE(out.document.had_meshopt);
+  EXPECT_LT(difference(in, glb, 0.01), 1e-6);
+  EXPECT_LT(glb.size(), write(in, true).glb.size());
+}
+
 TEST(RoundTrip, SharedMeshesInPartsDrawTheSameTriangles) {
   FileBuilder file;
   file.json["materials"] = {

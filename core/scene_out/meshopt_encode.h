@@ -1,0 +1,13 @@
+#pragma once
+
+#include "core/base/bytes.h"
+#include "core/gltf/document.h"
+
+namespace lightbatch::scene_out {
+
+/// EXT_meshopt_compression, lossless, of the vertex and index views of a packed file (one buffer):
+/// returns the new buffer; views that do not gain stay as they are. Nothing when extensions that
+/// are not understood hold numbers of views (`before`: the document as read).
+Bytes compress_views(gltf::Json& root, const gltf::Json& before, Bytes binary);
+
+}  // namespace lightbatch::scene_out
