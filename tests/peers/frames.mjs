@@ -1,0 +1,93 @@
+// node frames.mjs MODULES FILE.glb FILE.glb...: the files in three.js in headless Chromium, from fixed poses of the first
+// one's box (2 outside, 9 inside). For each further file: the mean difference of its pictures from the first one's (share
+// of full scale), and milliseconds a frame. MODULES: a node_modules folder with three and playwright-core. One line of
+// JSON for each file. --frames N: frames a mean is taken over (default 5); 0: pictures only. --pictures DIR keeps them.
+import fs from 'node:fs';
+import http from 'node:http';
+import path from 'node:path';
+import { createRequire } from 'node:module';
+import { fileURLToPath } from 'node:url';
+
+const words = process.argv.slice(2);
+const take = (name, fallback) => {
+  const at = words.indexOf(name);
+  return at < 0 ? fallback : words.splice(at, 2)[1];
+};
+const frames = Number(take('--frames', '5')), keep = take('--pictures', '');
+const [modules, ...files] = words;
+const { chromium } = createRequire(path.resolve(modules, 'x.js'))('playwright-core');
+const here = path.dirname(fileURLToPath(import.meta.url));
+const types = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript', '.wasm': 'application/wasm' };
+
+const server = http.createServer((request, response) => {
+  const url = new URL(request.url, 'http://localhost');
+  let file = path.join(here, 'frames.html');
+  if (url.pathname.startsWith('/three/')) file = path.join(modules, url.pathname);
+  if (url.pathname.startsWith('/file/')) file = files[Number(url.pathname.slice(6))];
+  fs.readFile(file, (error, data) => {
+    response.writeHead(error ? 404 : 200, { 'content-type': types[path.extname(file)] ?? 'application/octet-stream' });
+    response.end(error ? '' : data);
+  });
+});
+await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+  args: ['--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking',
+    '--disable-component-update', '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+});
+const page = await browser.newPage();
+const messages = [];
+page.on('console', (m) => { if (m.type() !== 'log' && !/GPU stall|favicon|404/.test(m.text())) messages.push(m.text()); });
+page.on('pageerror', (e) => messages.push(String(e)));
+await page.goto(`http://127.0.0.1:${server.address().port}/`);
+await page.waitForFunction('window.ready === true', null, { timeout: 60000 });
+
+// Mean over pixels and channels of the difference of two pictures, decoded by the browser.
+const difference = (a, b) => page.evaluate(async ([x, y]) => {
+  const pixels = async (url) => {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    const canvas = new OffscreenCanvas(image.width, image.height), context = canvas.getContext('2d');
+    context.drawImage(image, 0, 0);
+    return context.getImageData(0, 0, image.width, image.height).data;
+  };
+  const [p, q] = [await pixels(x), await pixels(y)];
+  let sum = 0;
+  for (let i = 0; i < p.length; ++i) if (i % 4 !== 3) sum += Math.abs(p[i] - q[i]);
+  return sum / (p.length * 0.75 * 255);
+}, [a, b]);
+
+let first = [];
+for (const [index, file] of files.entries()) {
+  const row = { file };
+  try {
+    const count = await page.evaluate(`openFile('/file/${index}')`);
+    const pictures = [];
+    for (let i = 0; i < count; ++i) {
+      pictures.push(await page.evaluate(`picture(${i})`));
+      if (keep) fs.writeFileSync(path.join(keep, `${index}_${i}.png`), Buffer.from(pictures[i].split(',')[1], 'base64'));
+    }
+    if (index === 0) first = pictures;
+    else {
+      const all = [];
+      for (let i = 0; i < count; ++i) all.push(await difference(first[i], pictures[i]));
+      row.difference = Math.max(...all);
+    }
+    if (frames > 0) {
+      const sum = { script: 0, frame: 0, draws: 0, triangles: 0 };
+      for (let i = 2; i < count; ++i) {
+        const one = await page.evaluate(`measure(${i}, ${frames})`);
+        for (const key in sum) sum[key] += one[key] / (count - 2);
+      }
+      row.inside = sum;
+    }
+  } catch (error) {
+    row.error = String(error).split('\n')[0];
+  }
+  row.messages = messages.splice(0).slice(0, 3);
+  console.log(JSON.stringify(row));
+}
+await browser.close();
+server.close();
