@@ -140,17 +140,33 @@ Chance ViewDistribution::chance(const Aabb& box) const {
     const double near_x = std::max({x0, -x1, 0.0}), near_z = std::max({z0, -z1, 0.0});
     const double nearest = std::hypot(near_x, near_z);
     if (!above) {
-      const double centre = std::atan2(0.5 * (x0 + x1), 0.5 * (z0 + z1));
-      double low = 0, high = 0;
+      // Angles from the centre's direction: by their tangents while all are below a right angle.
+      const double cx = 0.5 * (x0 + x1), cz = 0.5 * (z0 + z1);
+      double low = 0, high = 0, least = 1;
       for (const auto& [x, z] : {std::pair{x0, z0}, {x0, z1}, {x1, z0}, {x1, z1}}) {
-        const double angle = wrap(std::atan2(x, z) - centre);
-        low = std::min(low, angle);
-        high = std::max(high, angle);
+        const double across = x * cz - z * cx, along = x * cx + z * cz;
+        least = std::min(least, along);
+        if (!(along > 0)) continue;
+        low = std::min(low, across / along);
+        high = std::max(high, across / along);
       }
-      const double offset = wrap(centre - eye.yaw);
-      horizontal = eye.yaw_spread >= kPi
-                       ? std::min(1.0, (high - low + 2 * half_yaw_) / (2 * kPi))
-                       : overlap_share(offset + low, offset + high, 0, eye.yaw_spread, half_yaw_);
+      if (least > 0) {
+        low = std::atan(low);
+        high = std::atan(high);
+      } else {
+        low = high = 0;
+        for (const auto& [x, z] : {std::pair{x0, z0}, {x0, z1}, {x1, z0}, {x1, z1}}) {
+          const double angle = std::atan2(x * cz - z * cx, x * cx + z * cz);
+          low = std::min(low, angle);
+          high = std::max(high, angle);
+        }
+      }
+      if (eye.yaw_spread >= kPi) {
+        horizontal = std::min(1.0, (high - low + 2 * half_yaw_) / (2 * kPi));
+      } else {
+        const double offset = wrap(std::atan2(cx, cz) - eye.yaw);
+        horizontal = overlap_share(offset + low, offset + high, 0, eye.yaw_spread, half_yaw_);
+      }
     }
     if (horizontal <= 0) continue;
     const double farthest = std::hypot(std::max(-x0, x1), std::max(-z0, z1));

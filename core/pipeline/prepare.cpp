@@ -63,15 +63,19 @@ Result<Prepared> prepare(const JobOptions& options, const JobInput& input, Stage
   clock.start("hierarchy");
   progress.report("hierarchy", 0);
   p.tree = hierarchy::build(triangle_boxes(*p.scene));
-  p.optics = std::make_unique<optics::Optics>(*p.scene);
-  p.caster = make_caster(p);
+  const bool light = options.kind != JobKind::kBake || options.lightmaps;
+  if (light) {
+    p.optics = std::make_unique<optics::Optics>(*p.scene);
+    p.caster = make_caster(p);
+  }
   clock.stop();
   p.tree_seconds = clock.stages().back().seconds;
   if (progress.cancelled()) return cancelled();
 
+  p.tree_statistics = hierarchy::measure(p.tree);
+  if (!light) return p;
   clock.start("plan");
   progress.report("plan", 0);
-  p.tree_statistics = hierarchy::measure(p.tree);
   LB_ASSIGN_OR_RETURN(p.effects, plan::make_plan(*p.scene, *p.optics, *p.caster, p.sky,
                                                  p.target_error, options.effects));
   if (!options.effects.empty()) {

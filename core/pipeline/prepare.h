@@ -30,7 +30,8 @@ struct Prepared {
   double target_error = 0.02;
 };
 
-/// Stages "read", "hierarchy" and "plan". Errors of the input and its options.
+/// Stages "read", "hierarchy" and "plan". A bake without lightmaps has no optics, caster and
+/// effects. Errors of the input and its options.
 Result<Prepared> prepare(const JobOptions& options, const JobInput& input, StageClock& clock,
                          const Progress& progress);
 

@@ -122,7 +122,7 @@ Json report_head(const JobOptions& options, const JobInput& input, const Prepare
   report["options"] = option_section(options);
   report["build"] = {{"id", build_id()}};
   report["scene"] = scene_section(*p.scene);
-  report["plan"] = plan_section(options, p.effects);
+  if (p.optics != nullptr) report["plan"] = plan_section(options, p.effects);
   report["hierarchy"] = report_hierarchy(p.tree_statistics, p.tree_seconds);
   Json warnings = Json::array();
   for (const std::string& w : p.document.warnings) warnings.push_back(w);
