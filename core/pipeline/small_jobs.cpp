@@ -7,6 +7,7 @@
 #include "core/image/codecs.h"
 #include "core/pipeline/artifacts.h"
 #include "core/pipeline/boxes_glb.h"
+#include "core/pipeline/compare_stage.h"
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/plan_cost.h"
 #include "core/pipeline/prepare.h"
@@ -85,6 +86,10 @@ Result<JobOutcome> run_hierarchy(const JobOptions& options, const JobInput& inpu
         name + ".svg", hierarchy::level_svg(boxes.back().boxes, kPictureWidth, kPictureHeight)));
     pictures.push_back({"Level " + std::to_string(level), png, report::PictureKind::kHierarchy});
   }
+  if (options.compare) {
+    clock.start("compare");
+    LB_ASSIGN_OR_RETURN(report["hierarchy"]["compare"], compare_builders(options, p, progress));
+  }
   LB_ASSIGN_OR_RETURN(const Bytes glb, boxes_glb(boxes, p.scene->origin));
   LB_RETURN_IF_ERROR(artifacts.add("boxes.glb", glb));
   clock.stop();
@@ -98,7 +103,9 @@ Result<JobOutcome> run_hierarchy(const JobOptions& options, const JobInput& inpu
       "triangles   %u\nnodes       %u\ndepth       %d\nSAH cost    %.3f (leaves merged: %.3f)\n"
       "void area   %.3f\nbuild time  %.3f s\n",
       s.primitives, s.nodes, s.depth, s.sah_cost, s.sah_cost_merged, s.void_area, p.tree_seconds);
-  return finish(artifacts, progress, text);
+  std::string summary = text;
+  if (options.compare) summary += comparison_text(report["hierarchy"]["compare"]);
+  return finish(artifacts, progress, std::move(summary));
 }
 
 }  // namespace lightbatch::pipeline

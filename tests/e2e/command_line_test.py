@@ -71,6 +71,15 @@ class CommandLine(programs.WithFolder):
             for file in drawn.stdout.split("\n"):
                 if file.startswith(self.folder):
                     self.assertGreater(os.path.getsize(file), 0)
+        compared = lightbatch("hierarchy", scene, "--compare", "-q", "-o", self.path("compared"))
+        self.assertEqual(compared.returncode, 0, compared.stderr)
+        with open(self.path("compared/hierarchy.json")) as file:
+            rows = json.load(file)["hierarchy"]["compare"]
+        self.assertEqual(len(rows), 7)
+        self.assertEqual(len({row["builder"] for row in rows}), 7)
+        for row in rows:
+            self.assertGreater(row["sah_cost"], 0)
+            self.assertGreater(row["links"], 0)
         office = lightbatch("scene", "office", "--triangles", "2000", "-o", self.path("office.glb"))
         self.assertEqual(office.returncode, 0, office.stderr)
         self.assertGreater(os.path.getsize(self.path("office.glb")), 10_000)
