@@ -43,15 +43,8 @@ InstanceCuts::InstanceCuts(const scene::Scene& scene, const KeyMap& keys,
     add_parts(scene, keys, key, std::move(triangles), views, prices);
 }
 
-InstanceCuts::Part InstanceCuts::make_part(const scene::Scene& scene, const KeyMap& keys,
-                                           std::uint32_t key, std::vector<std::uint32_t> triangles,
-                                           const ViewDistribution& views) const {
-  Part part;
-  part.key = key;
-  part.triangles = std::move(triangles);
-  double vertices = 0;
-  for (const std::uint32_t t : part.triangles)
-    vertices += keys.vertices_of_object[scene.triangles[t].object];
+std::vector<Aabb> InstanceCuts::boxes_of(const scene::Scene& scene,
+                                         const std::vector<std::uint32_t>& triangles) const {
   // Which primitive of its placement an object is.
   std::map<std::uint32_t, std::size_t> place;
   for (std::size_t k = 0; k < placements_[model_].size(); ++k) place[placements_[model_][k]] = k;
@@ -59,13 +52,20 @@ InstanceCuts::Part InstanceCuts::make_part(const scene::Scene& scene, const KeyM
   parallel_for(boxes.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       std::uint32_t last = scene::kNone, at = 0, after = 0;
-      for (const std::uint32_t t : part.triangles) {
+      for (const std::uint32_t t : triangles) {
         const scene::Triangle& model = scene.triangles[t];
         if (model.object != last) {
           last = model.object;
           const scene::Object& object = scene.objects[placements_[p][place.at(last)]];
           at = object.first_triangle;
           after = at + object.triangle_count;
+          const auto first = scene.triangles.begin();
+          at = static_cast<std::uint32_t>(
+              std::lower_bound(first + at, first + after, model.source,
+                               [](const scene::Triangle& triangle, std::uint32_t source) {
+                                 return triangle.source < source;
+                               }) -
+              first);
         }
         while (at < after && scene.triangles[at].source < model.source) ++at;
         if (at < after && scene.triangles[at].source == model.source)
@@ -73,6 +73,19 @@ InstanceCuts::Part InstanceCuts::make_part(const scene::Scene& scene, const KeyM
       }
     }
   });
+  return boxes;
+}
+
+InstanceCuts::Part InstanceCuts::make_part(const scene::Scene& scene, const KeyMap& keys,
+                                           std::uint32_t key, std::vector<std::uint32_t> triangles,
+                                           const std::vector<Aabb>& boxes,
+                                           const ViewDistribution& views) const {
+  Part part;
+  part.key = key;
+  part.triangles = std::move(triangles);
+  double vertices = 0;
+  for (const std::uint32_t t : part.triangles)
+    vertices += keys.vertices_of_object[scene.triangles[t].object];
   // Cells are cut from a tree of their own: flat parts are stacked, long ones laid side by side.
   part.places = hierarchy::build(boxes);
   const std::uint32_t nodes = part.places.node_count();
@@ -100,28 +113,51 @@ void InstanceCuts::add_parts(const scene::Scene& scene, const KeyMap& keys, std:
   const std::size_t smallest = std::max(kSmallestPart, triangles.size() / most);
   std::vector<Aabb> boxes;
   for (const std::uint32_t t : triangles) boxes.push_back(box_of_triangle(scene, t));
-  hierarchy::Hierarchy tree;
-  if (triangles.size() > smallest) tree = hierarchy::build(boxes);
+  const hierarchy::Hierarchy tree = hierarchy::build(boxes);
+  const auto triangles_of = [&](std::uint32_t node) {
+    std::vector<std::uint32_t> list;
+    for (const std::uint32_t k : tree.primitives(node)) list.push_back(triangles[k]);
+    std::sort(list.begin(), list.end());
+    return list;
+  };
+  const auto is_smallest = [&](std::uint32_t node) {
+    return tree.is_leaf(node) || tree.count(node) <= smallest;
+  };
+  // Boxes of the smallest parts in every placement; those of others are unions.
+  std::vector<std::pair<std::uint32_t, std::vector<Aabb>>> chunks;  // first leaf, by placement
+  std::vector<std::uint32_t> nodes{0};
+  while (!nodes.empty()) {
+    const std::uint32_t node = nodes.back();
+    nodes.pop_back();
+    if (is_smallest(node)) {
+      chunks.emplace_back(tree.first(node), boxes_of(scene, triangles_of(node)));
+    } else {
+      nodes.push_back(tree.right(node));
+      nodes.push_back(tree.left(node));
+    }
+  }
+  const auto add_part = [&](std::uint32_t node) {
+    std::vector<Aabb> all(placements_.size());
+    for (const auto& [first, list] : chunks)
+      if (first >= tree.first(node) && first < tree.first(node) + tree.count(node))
+        for (std::size_t p = 0; p < all.size(); ++p) all[p].add(list[p]);
+    parts_.push_back(make_part(scene, keys, key, triangles_of(node), all, views));
+    return static_cast<std::uint32_t>(parts_.size() - 1);
+  };
 
-  roots_.push_back(static_cast<std::uint32_t>(parts_.size()));
-  parts_.push_back(make_part(scene, keys, key, triangles, views));
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> stack;  // part, its node of the tree
-  if (!tree.is_empty()) stack.emplace_back(roots_.back(), 0);
+  roots_.push_back(add_part(0));
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> stack{{roots_.back(), 0}};  // part, node
   while (!stack.empty()) {
     const auto [index, node] = stack.back();
     stack.pop_back();
-    if (tree.is_leaf(node) || tree.count(node) <= smallest) continue;
+    if (is_smallest(node)) continue;
     Frame frame;
     for (const std::uint32_t c : best_cells(parts_[index], prices).cells)
       frame += parts_[index].cells[c];
     if (frame.cost({0, prices.vertex, prices.triangle}) <= frame.draws * prices.draw) continue;
     for (const std::uint32_t child : {tree.left(node), tree.right(node)}) {
-      std::vector<std::uint32_t> list;
-      for (const std::uint32_t k : tree.primitives(child)) list.push_back(triangles[k]);
-      std::sort(list.begin(), list.end());
-      const auto id = static_cast<std::uint32_t>(parts_.size());
+      const std::uint32_t id = add_part(child);
       (child == tree.left(node) ? parts_[index].left : parts_[index].right) = id;
-      parts_.push_back(make_part(scene, keys, key, std::move(list), views));
       stack.emplace_back(id, child);
     }
   }

@@ -44,8 +44,12 @@ class InstanceCuts {
   void add_parts(const scene::Scene& scene, const KeyMap& keys, std::uint32_t key,
                  std::vector<std::uint32_t> triangles, const ViewDistribution& views,
                  const Prices& prices);
+  /// The boxes of some triangles of the model in every placement.
+  std::vector<Aabb> boxes_of(const scene::Scene& scene,
+                             const std::vector<std::uint32_t>& triangles) const;
   Part make_part(const scene::Scene& scene, const KeyMap& keys, std::uint32_t key,
-                 std::vector<std::uint32_t> triangles, const ViewDistribution& views) const;
+                 std::vector<std::uint32_t> triangles, const std::vector<Aabb>& boxes,
+                 const ViewDistribution& views) const;
   Choice best_cells(const Part& part, const Prices& prices) const;
   /// Calls visit(part, cells) for every part of the cheapest division.
   template <typename Visit>

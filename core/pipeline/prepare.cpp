@@ -62,8 +62,9 @@ Result<Prepared> prepare(const JobOptions& options, const JobInput& input, Stage
 
   clock.start("hierarchy");
   progress.report("hierarchy", 0);
-  p.tree = hierarchy::build(triangle_boxes(*p.scene));
   const bool light = options.kind != JobKind::kBake || options.lightmaps;
+  // Batches are far above the nodes that the second stage of construction mends.
+  p.tree = hierarchy::build(triangle_boxes(*p.scene), {.reinsertion = light});
   if (light) {
     p.optics = std::make_unique<optics::Optics>(*p.scene);
     p.caster = make_caster(p);
