@@ -37,11 +37,12 @@ const browser = await chromium.launch({
     '--disable-component-update', '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
 });
 const page = await browser.newPage();
+page.setDefaultTimeout(600000);
 const messages = [];
 page.on('console', (m) => { if (m.type() !== 'log' && !/GPU stall|favicon|404/.test(m.text())) messages.push(m.text()); });
 page.on('pageerror', (e) => messages.push(String(e)));
-await page.goto(`http://127.0.0.1:${server.address().port}/`);
-await page.waitForFunction('window.ready === true', null, { timeout: 60000 });
+await page.goto(`http://127.0.0.1:${server.address().port}/`, { timeout: 180000 });
+await page.waitForFunction('window.ready === true', null, { timeout: 180000 });
 
 // Mean over pixels and channels of the difference of two pictures, decoded by the browser.
 const difference = (a, b) => page.evaluate(async ([x, y]) => {
