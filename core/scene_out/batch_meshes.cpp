@@ -51,13 +51,43 @@ Result<GroupCorners> gather(Writer& w, const batches::Group& group, const Corner
   return result;
 }
 
-/// The meshes of a group, and the material that goes with them.
+/// What goes with the meshes of a group.
+struct GroupLook {
+  std::uint32_t material = kNone;
+  Json variants;  // KHR_materials_variants, or null; equal for all objects of a layout
+};
+
+GroupLook look_of(const Writer& w, const batches::Group& group) {
+  GroupLook look;
+  look.material = w.gltf_material(group.material);
+  const scene::Object& first = w.scene.objects[group.pieces.front().object];
+  const Json& source =
+      w.document.json.at("meshes").at(first.mesh).at("primitives").at(first.primitive);
+  if (const Json* variants = extension(source, "KHR_materials_variants")) look.variants = *variants;
+  return look;
+}
+
+/// Calls visit(slot) for the number of every material of a group.
+template <typename Visit>
+void for_each_material(GroupLook& look, const Visit& visit) {
+  visit(look.material);
+  Json* mappings = member(look.variants, "mappings");
+  if (mappings == nullptr) return;
+  for (Json& mapping : *mappings) {
+    std::uint32_t material = index_at(mapping, "material");
+    visit(material);
+    mapping["material"] = material;
+  }
+}
+
+/// The meshes of a group; the look gets its lightmap.
 Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& group,
                                            const Vec3d& frame, std::uint32_t max_vertices,
-                                           std::uint32_t* material) {
+                                           GroupLook& look) {
   const bool lit = group.page != kNone;
   if (lit && w.portable()) {
-    *material = portable_material(w, group.material);
+    look.material = portable_material(w, group.material);
+    look.variants = nullptr;  // baked light is of one look
     Pieces pieces;
     for (const batches::Piece& piece : group.pieces) {
       pieces.push_back({piece.object, {}});
@@ -69,11 +99,15 @@ Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& grou
   }
   const scene::Object& first = w.scene.objects[group.pieces.front().object];
   LB_ASSIGN_OR_RETURN(const SourcePrimitive* source, w.sources.get(first.mesh, first.primitive));
-  if (group.coloured) *material = w.materials.coloured(*material);
+  if (group.coloured) look.material = w.materials.coloured(look.material);
   std::uint32_t moved = kNone;
   if (lit) {
-    if (uses_uv_set(w.root, *material, 1)) moved = free_uv_set(source->types);
-    *material = w.materials.with_lightmap(*material, group.page, moved);
+    for_each_material(look, [&](std::uint32_t material) {
+      if (uses_uv_set(w.root, material, 1)) moved = free_uv_set(source->types);
+    });
+    for_each_material(look, [&](std::uint32_t& material) {
+      material = w.materials.with_lightmap(material, group.page, moved);
+    });
   }
   const CornerPlan plan = plan_corners(source->types, lit, moved);
   LB_ASSIGN_OR_RETURN(GroupCorners corners, gather(w, group, plan, frame));
@@ -107,12 +141,14 @@ Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t ma
   const Vec3d frame = to_double(to_float(centre));
   Json primitives = Json::array(), ranges = Json::array();
   for (const batches::Group& group : batch.groups) {
-    std::uint32_t material = w.gltf_material(group.material);
+    GroupLook look = look_of(w, group);
     LB_ASSIGN_OR_RETURN(const std::vector<MeshData> meshes,
-                        group_meshes(w, group, frame, max_vertices, &material));
+                        group_meshes(w, group, frame, max_vertices, look));
     for (const MeshData& mesh : meshes) {
       Json primitive = add_primitive(w.binary, mesh.types, mesh.data, mesh.indices);
-      if (material != kNone) primitive["material"] = material;
+      if (look.material != kNone) primitive["material"] = look.material;
+      if (!look.variants.is_null())
+        primitive["extensions"]["KHR_materials_variants"] = look.variants;
       for (const IndexRange& r : mesh.ranges)
         ranges.push_back(range_json(w, primitives.size(), r, group.coloured));
       primitives.push_back(std::move(primitive));

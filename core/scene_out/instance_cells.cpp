@@ -78,6 +78,9 @@ Result<std::uint32_t> InstanceNodes::mesh_of(const batches::InstancePart& part) 
   for (const MeshData& mesh : build_meshes(std::move(streams), std::move(ranges), kNone)) {
     Json primitive = add_primitive(w_.binary, mesh.types, mesh.data, mesh.indices);
     if (material != kNone) primitive["material"] = material;
+    const Json& model = source.at("primitives").at(first.primitive);
+    if (const Json* variants = extension(model, "KHR_materials_variants"))
+      primitive["extensions"]["KHR_materials_variants"] = *variants;
     primitives.push_back(std::move(primitive));
   }
   Json mesh = source;

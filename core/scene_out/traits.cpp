@@ -108,7 +108,9 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
     const scene::Object& object = scene.objects[o];
     const Json& primitive = root.at("meshes").at(object.mesh).at("primitives").at(object.primitive);
     const bool lit = layout != nullptr && all_charted(*layout, object);
-    const bool own_uv1 = lit && !uses_uv_set(root, index_at(primitive, "material"), 1);
+    const Json* variants = extension(primitive, "KHR_materials_variants");
+    const bool own_uv1 =
+        lit && variants == nullptr && !uses_uv_set(root, index_at(primitive, "material"), 1);
     traits[o].material_class = classes[object.material];
     std::string signature;
     std::uint32_t bytes = 0;
@@ -123,14 +125,19 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
                    ';';
       bytes += static_cast<std::uint32_t>(position ? 12 : (type.bytes() + 3) / 4 * 4);
     }
+    if (variants != nullptr) signature += variants->dump();
     if (lit) bytes += 8;
     traits[o].layout =
         layouts.try_emplace(signature, static_cast<std::uint32_t>(layouts.size())).first->second;
     traits[o].vertex_bytes = bytes;
     traits[o].keep = reasons[object.node];
     if (const Json* extensions = member(primitive, "extensions"))
-      for (const auto& [name, value] : extensions->items())
-        traits[o].keep = "primitive extension " + name;
+      for (const auto& [name, value] : extensions->items()) {
+        if (name != "KHR_materials_variants")
+          traits[o].keep = "primitive extension " + name;
+        else
+          traits[o].material_class = kNone;
+      }
   }
   return traits;
 }
