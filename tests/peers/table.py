@@ -159,7 +159,7 @@ def row_of(name, scene, out, taken, checks):
     report = json.loads((out / "report.json").read_text())
     row["triangles"] = value(report, "scene/triangles", "{:,}")
     row["error"] = "nothing to light"
-    if report["lightmaps"]["texels"]:
+    if report.get("lightmaps", {}).get("texels"):
         row["error"] = (f"{value(report, 'accuracy/certified', '{:.2%}')} ({value(report, 'accuracy/low', '{:.2%}')} to "
                         f"{value(report, 'accuracy/high', '{:.2%}')}) of {value(report, 'accuracy/target', '{:.2%}')}")
     row["texels"] = value(report, "lightmaps/texels", "{:,}")
