@@ -46,6 +46,9 @@ class Hierarchy {
   std::span<const std::uint32_t> primitives(NodeId i) const {
     return std::span(primitives_).subspan(first(i), count(i));
   }
+  std::size_t memory_bytes() const {
+    return nodes_.capacity() * sizeof(TreeNode) + primitives_.capacity() * sizeof(std::uint32_t);
+  }
 
  private:
   friend class HierarchyBuilder;

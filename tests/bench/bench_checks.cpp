@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/base/parallel.h"
 #include "core/base/random.h"
 
 namespace lightbatch::bench {
@@ -82,38 +83,45 @@ class Oracle {
 
 Wrong check_against_oracle(const Scene& scene, const hierarchy::Hierarchy& tree,
                            const rays::Caster& caster, std::size_t count) {
-  Oracle oracle(scene, tree);
   const Aabb box = scene.bounds();
   const Vec3f e = box.extent();
-  Wrong result;
-  Random random(77);
-  const auto point = [&] {
-    return box.lower +
-           Vec3f{e.x * random.next_float(), e.y * random.next_float(), e.z * random.next_float()};
-  };
-  for (std::size_t i = 0; i < count; ++i) {
-    rays::Ray ray{point(), {}};
-    ray.direction = point() - ray.origin;
-    if (i % 8 == 0) {  // along an axis
-      const std::size_t axis = random.below(3);
-      ray.direction = {};
-      ray.direction[axis] = i % 16 == 0 ? 1.0f : -1.0f;
-    }
-    const OracleHit expected = oracle.closest(ray);
-    const rays::Hit hit = caster.closest(ray);
-    ++result.rays;
-    if (expected.margin < 1e-12) {
-      ++result.doubtful;
-      continue;
-    }
-    const bool found = expected.triangle != rays::kNoTriangle;
-    // The same distance to half a unit of float, whichever of two coincident triangles it is.
-    const bool same =
-        hit.found() == found && (!found || std::abs(static_cast<double>(hit.t) - expected.t) <=
-                                               1e-7 * std::abs(expected.t) + 1e-12);
-    result.wrong += same && caster.occluded(ray) == found ? 0u : 1u;
-  }
-  return result;
+  return deterministic_reduce(
+      count, 16384, Wrong(),
+      [&](std::size_t begin, std::size_t end) {
+        Oracle oracle(scene, tree);
+        Random random(item_seed(77, begin));
+        const auto point = [&] {
+          return box.lower + Vec3f{e.x * random.next_float(), e.y * random.next_float(),
+                                   e.z * random.next_float()};
+        };
+        Wrong result;
+        for (std::size_t i = begin; i < end; ++i) {
+          rays::Ray ray{point(), {}};
+          ray.direction = point() - ray.origin;
+          if (i % 8 == 0) {  // along an axis
+            const std::size_t axis = random.below(3);
+            ray.direction = {};
+            ray.direction[axis] = i % 16 == 0 ? 1.0f : -1.0f;
+          }
+          const OracleHit expected = oracle.closest(ray);
+          const rays::Hit hit = caster.closest(ray);
+          ++result.rays;
+          if (expected.margin < 1e-12) {
+            ++result.doubtful;
+            continue;
+          }
+          const bool found = expected.triangle != rays::kNoTriangle;
+          // The same distance to half a unit of float, whichever of two coincident triangles it is.
+          const bool same = hit.found() == found &&
+                            (!found || std::abs(static_cast<double>(hit.t) - expected.t) <=
+                                           1e-7 * std::abs(expected.t) + 1e-12);
+          result.wrong += same && caster.occluded(ray) == found ? 0u : 1u;
+        }
+        return result;
+      },
+      [](Wrong a, const Wrong& b) {
+        return Wrong{a.rays + b.rays, a.doubtful + b.doubtful, a.wrong + b.wrong};
+      });
 }
 
 std::size_t count_leaks(const Scene& torus, const rays::Caster& caster, std::size_t count) {

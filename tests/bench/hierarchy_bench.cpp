@@ -1,13 +1,17 @@
 // Construction and casting beside Embree 3 (MEDIUM) in one run.
 //
 // hierarchy_bench [--scenes a,b] [--repetitions 5] [--rays 131072] [--checks 200000]
-//                 [--soups DIR] [--sections build,threads,checks,rays,bundles]
+//                 [--soups DIR] [--sections build,threads,checks,rays,bundles,growth]
 //
+// --soups: folder of classroom.soup and hotel_room.soup (count, then nine floats a triangle).
+// --checks: rays that the oracle judges in each scene, on all threads; growth: 10 k to 10 M.
+// A table of all scenes ends the run.
 // Times are medians of CPU time with one thread (other programs disturb it less than wall time);
 // rates are million rays a second. Ratios are to Embree in the same run; above 1 is faster.
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -23,6 +27,7 @@
 #include "tests/bench/bench_checks.h"
 #include "tests/bench/bench_rays.h"
 #include "tests/bench/bench_scenes.h"
+#include "tests/bench/bench_table.h"
 #include "tests/bench/embree_peer.h"
 
 namespace lightbatch::bench {
@@ -32,6 +37,9 @@ int repetitions = 5;
 std::size_t ray_count = 131072;
 std::size_t check_count = 200000;
 std::string sections = "build,threads,checks,rays,bundles";
+BenchTable table;
+
+constexpr std::size_t kLeakRays = 2000000;
 
 bool wants(const char* section) { return sections.find(section) != std::string::npos; }
 
@@ -63,7 +71,8 @@ std::vector<double> timed(const std::vector<std::function<void()>>& programs,
 }
 
 /// 16 segments between two triangles: what a link knows, against Embree's best way of calling.
-void compare_bundles(const rays::Caster& caster, const RaySet& set, const EmbreePeer& embree) {
+void compare_bundles(const Scene& scene, const rays::Caster& caster, const RaySet& set,
+                     const EmbreePeer& embree) {
   using Way = EmbreePeer::Way;
   std::vector<rays::Segment> segments;
   for (const rays::Ray& ray : set.rays) segments.push_back({ray});
@@ -82,6 +91,7 @@ void compare_bundles(const rays::Caster& caster, const RaySet& set, const Embree
   const double best = std::min({times[1], times[2], times[3]});
   std::printf("bundle16 %5.2f, Embree's best %5.2f; ratio %.2f; hits %zu\n", rays / times[0],
               rays / best, best / times[0], hits);
+  table.add("16-ray bundles / Embree's best way", ">= 2", scene.name, best / times[0]);
 }
 
 void print_two_threads(const Scene& scene) {
@@ -92,16 +102,21 @@ void print_two_threads(const Scene& scene) {
   const double two = timed({build}, CLOCK_MONOTONIC)[0];
   set_thread_count(1);
   std::printf("sweep on two threads: %.2f times as fast (wall time)\n", one / two);
+  table.add("sweep, two threads against one", ">= 1.7", scene.name, one / two);
 }
 
 void print_checks(const Scene& scene, const hierarchy::Hierarchy& tree,
                   const rays::Caster& caster) {
+  set_thread_count(2);
   const Wrong wrong = check_against_oracle(scene, tree, caster, check_count);
+  set_thread_count(1);
   std::printf("oracle: %zu wrong of %zu rays (%zu in doubt)\n", wrong.wrong, wrong.rays,
               wrong.doubtful);
+  table.add("wrong answers by the oracle", "0", scene.name, static_cast<double>(wrong.wrong));
   if (scene.name == "torus") {
-    std::printf("leaks: %zu of %zu rays at vertices and edges\n",
-                count_leaks(scene, caster, 2000000), std::size_t{2000000});
+    const std::size_t leaks = count_leaks(scene, caster, kLeakRays);
+    std::printf("leaks: %zu of %zu rays at vertices and edges\n", leaks, kLeakRays);
+    table.add("leaks of 2 M rays at edges", "0", scene.name, static_cast<double>(leaks));
   }
 }
 
@@ -116,6 +131,10 @@ void print_build(const Scene& scene, EmbreePeer& embree) {
       "build ns/primitive: Embree %.0f; sweep %.0f (%.2f of it); with reinsertion %.0f (%.2f)\n",
       build[0] / n * 1e9, build[1] / n * 1e9, build[1] / build[0], build[2] / n * 1e9,
       build[2] / build[0]);
+  table.add("sweep / Embree MEDIUM, time", "<= 0.40", scene.name, build[1] / build[0]);
+  table.add("with reinsertion / Embree, time", "<= 0.8", scene.name, build[2] / build[0]);
+  table.add("SAH cost", "31.9 / 51.6", scene.name, final.sah_cost_merged);
+  table.add("SAH cost of Embree MEDIUM", "", scene.name, embree.sah_cost());
   std::printf("SAH cost, merged: Embree %.2f; sweep %.2f; with reinsertion %.2f; depth %d, %d\n",
               embree.sah_cost(), swept.sah_cost_merged, final.sah_cost_merged, swept.depth,
               final.depth);
@@ -124,7 +143,7 @@ void print_build(const Scene& scene, EmbreePeer& embree) {
 void print_rays(const Scene& scene, const rays::Caster& caster, const EmbreePeer& embree) {
   using Way = EmbreePeer::Way;
   for (const RaySet& set : make_rays(scene, caster, ray_count)) {
-    if (set.name == "ff16" && wants("bundles")) compare_bundles(caster, set, embree);
+    if (set.name == "ff16" && wants("bundles")) compare_bundles(scene, caster, set, embree);
     if (!wants("rays")) continue;
     std::size_t own = 0, single = 0;
     std::vector<std::function<void()>> programs{
@@ -143,6 +162,10 @@ void print_rays(const Scene& scene, const rays::Caster& caster, const EmbreePeer
         "%zu, %zu\n",
         set.name.c_str(), rays / times[0], rays / times[1], rays / times[2], rays / times[3],
         rays / times[4], times[1] / times[0], own, single);
+    if (set.name == "pair" || set.name == "bounce") {
+      table.add(set.name + ", single ray / Embree MEDIUM", ">= 1.0", scene.name,
+                times[1] / times[0]);
+    }
   }
 }
 
@@ -165,6 +188,28 @@ void run(const Scene& scene) {
       static_cast<double>(caster.memory_bytes()) / static_cast<double>(scene.triangles.size()));
   if (wants("checks")) print_checks(scene, tree, caster);
   if (wants("rays") || wants("bundles")) print_rays(scene, caster, embree);
+}
+
+/// Time a primitive over log2 n, and memory, from ten thousand to ten million triangles.
+void print_growth() {
+  std::printf("\n== growth (torus, needles): ns a primitive, the same over log2 n, bytes\n");
+  for (const bool torus : {true, false}) {
+    double least = 1e300, most = 0;
+    for (const std::size_t n : {10000u, 100000u, 1000000u, 10000000u}) {
+      const Scene scene = torus ? make_torus(n) : make_needles(n);
+      const auto count = static_cast<double>(scene.boxes.size());
+      std::size_t bytes = 0;
+      const double seconds =
+          timed({[&] { bytes = hierarchy::build(scene.boxes).memory_bytes(); }})[0];
+      const double each = seconds / count * 1e9, over_log = each / std::log2(count);
+      least = std::min(least, over_log);
+      most = std::max(most, over_log);
+      std::printf("%-8s %9zu  %7.1f  %6.2f  %5.1f\n", scene.name.c_str(), scene.boxes.size(), each,
+                  over_log, static_cast<double>(bytes) / count);
+    }
+    table.add("growth over n log n, most / least", "<= 1.3", torus ? "torus" : "needles",
+              most / least);
+  }
 }
 
 }  // namespace
@@ -190,5 +235,7 @@ int main(int argc, char** argv) {
                                             : load_soup(soups + "/" + name + ".soup", name);
     if (!scene.triangles.empty()) run(scene);
   }
+  if (wants("growth")) print_growth();
+  table.print();
   return 0;
 }
