@@ -182,10 +182,13 @@ void run(const Scene& scene) {
   if (!wants("checks") && !wants("rays") && !wants("bundles")) return;
   const hierarchy::Hierarchy tree = hierarchy::build(scene.boxes);
   const rays::Caster caster(tree, scene.positions, scene.triangles, {});
-  std::printf(
-      "bytes/triangle: Embree %.1f + 48 of buffers; casting tree %.1f\n",
-      embree.bytes_per_triangle(),
-      static_cast<double>(caster.memory_bytes()) / static_cast<double>(scene.triangles.size()));
+  const auto n = static_cast<double>(scene.triangles.size());
+  const double casting = static_cast<double>(caster.memory_bytes()) / n;
+  const double binary = static_cast<double>(tree.memory_bytes()) / n;
+  std::printf("bytes/triangle: Embree %.1f + 48 of buffers; casting tree %.1f; binary tree %.1f\n",
+              embree.bytes_per_triangle(), casting, binary);
+  table.add("casting tree, bytes a triangle", "<= 60", scene.name, casting);
+  table.add("binary tree, bytes a triangle", "<= 40", scene.name, binary);
   if (wants("checks")) print_checks(scene, tree, caster);
   if (wants("rays") || wants("bundles")) print_rays(scene, caster, embree);
 }
