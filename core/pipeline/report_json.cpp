@@ -202,14 +202,20 @@ Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
   before["all_draws"] = plan.draws_before;
   after["all_draws"] = plan.draws_after;
   Json curve = Json::array();
-  const double chosen = plan.expected_draws;
+  const auto add_point = [&](double draws, double triangles, bool chosen) {
+    curve.push_back({{"draws", draws}, {"triangles", triangles}, {"chosen", chosen}});
+  };
+  // Few draws first; what was chosen is a point of its own.
+  bool placed = plan.expected_draws == 0;
+  const auto add_chosen = [&] {
+    add_point(plan.expected_draws, plan.expected_triangles, true);
+    placed = true;
+  };
   for (const batches::CurvePoint& c : plan.curve) {
-    curve.push_back({{"draws", c.draws},
-                     {"triangles", c.triangles},
-                     {"cost", c.draw_cost},
-                     {"batches", c.batches},
-                     {"chosen", std::fabs(c.draws - chosen) <= 1e-9 * (1 + chosen)}});
+    if (!placed && c.draws >= plan.expected_draws) add_chosen();
+    add_point(c.draws, c.triangles, false);
   }
+  if (!placed) add_chosen();
   Json left = Json::array();
   for (const batches::LeftAlone& l : plan.left_alone) {
     left.push_back({{"name", scene.objects[l.object].name}, {"reason", l.reason}});
@@ -219,6 +225,8 @@ Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
   }
   return {{"count", plan.batches.size()},
           {"instance_cells", plan.cells.size()},
+          {"instance_parts", plan.parts.size()},
+          {"draw_price_us", plan.draw_price},
           {"split_objects", plan.split_objects},
           {"profile", profile},
           {"views", views.inside_views + views.outside_views},
