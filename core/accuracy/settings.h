@@ -22,10 +22,24 @@ struct SceneMeasure {
   std::uint64_t texels = 0;
 };
 
-/// Settings that meet `target_error` (relRMSE, clamped to [0.001, 0.3]) on ordinary interiors:
-/// the ladder measured on closed-form and real scenes, interpolated on a log scale between rungs.
-/// effort multiplies ray counts and divides areas of elements: 1 is the ladder itself.
-BakeSettings settings_for(double target_error, const SceneMeasure& scene, std::uint64_t seed,
-                          double effort = 1.0);
+/// Where the ladder of settings is read for each part of the light. The ladder's own figures hold
+/// for an ordinary room; a pilot (see tuning.h) finds where a scene of its own kind has to read it.
+struct Rungs {
+  double target = 0.02;    // relRMSE that is asked for
+  double direct = 0.02;    // nominal error of direct light's settings
+  double indirect = 0.02;  // nominal error of the first stage's and the gather's settings
+};
+
+/// Ends of the ladder.
+constexpr double kCoarsestRung = 0.3;
+constexpr double kFinestRung = 0.0005;
+
+/// The ladder interpolated on a log scale between rungs; errors are clamped to its ends.
+BakeSettings settings_for(const Rungs& rungs, const SceneMeasure& scene, std::uint64_t seed);
+
+/// The ladder's own figures for a target.
+inline BakeSettings settings_for(double target, const SceneMeasure& scene, std::uint64_t seed) {
+  return settings_for(Rungs{target, target, target}, scene, seed);
+}
 
 }  // namespace lightbatch::accuracy

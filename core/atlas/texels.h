@@ -42,6 +42,10 @@ struct TexelMap {
   std::vector<Texel> texels;
   std::vector<Fragment> fragments;
   std::vector<std::vector<std::uint32_t>> index;  // per page: width * height -> texel or kNone
+  /// Per chart: 1 where its texels hold the light of the clockwise side; empty: nowhere.
+  std::vector<std::uint8_t> back;
+
+  bool is_back(const Texel& t) const { return !back.empty() && back[t.chart] != 0; }
 
   std::span<const Fragment> fragments_of(const Texel& t) const {
     return std::span(fragments).subspan(t.first_fragment, t.fragment_count);

@@ -71,7 +71,10 @@ struct BakeCounts {
 
 struct BakedTexels {
   std::vector<Rgb> irradiance;  // lux, per texel of the TexelMap, all light
+  std::vector<Rgb> direct;      // lux, the part of punctual lights and emitters
   BakeCounts counts;
+  std::uint64_t direct_rays = 0;  // of counts.rays: shadow rays from texels
+  double direct_seconds = 0;      // wall time of the direct part
 };
 
 /// Irradiance of every texel. The same bytes on any number of threads. CANCELLED.

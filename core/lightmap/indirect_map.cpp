@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -104,7 +105,7 @@ class IndirectMap {
       for (std::size_t t = begin; t < end; ++t) {
         const TexelPoints::Point p = central_point(input_.texels, input_.texels.texels[t]);
         const atlas::SurfacePoint at = atlas::point_at(input_.layout, p.triangle, p.at);
-        const radiosity::ElementId e = input_.elements.at(at.triangle, at.u, at.v, false);
+        const radiosity::ElementId e = input_.elements.at(at.triangle, at.u, at.v, p.back);
         share_[t] = e == radiosity::kNoElement ? 0.0f : indirect[e].sum();
       }
     });
@@ -300,11 +301,13 @@ std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas
                                         int block, std::uint32_t divisor) {
   enum : std::uint8_t { kFree, kPassedOver, kSelected };
   std::vector<std::uint8_t> mark(map.texels.size(), kFree);
+  std::uint32_t block_number = 0;
   for_each_block(layout, block, [&](const Block& b) {
-    const std::uint64_t key = (static_cast<std::uint64_t>(b.chart) << 32) ^
-                              (static_cast<std::uint64_t>(b.y0) << 16) ^
-                              static_cast<std::uint64_t>(b.x0);
-    const std::uint8_t chosen = item_seed(0xb10c, key) % divisor == 0 ? kSelected : kPassedOver;
+    // Every divisor-th block, one at random of each run.
+    const std::uint32_t run = block_number / divisor;
+    const std::uint8_t chosen =
+        item_seed(0xb10c, run) % divisor == block_number % divisor ? kSelected : kPassedOver;
+    ++block_number;
     const int width = layout.pages[b.page].width;
     for (int y = b.y0; y <= b.y1; ++y) {
       for (int x = b.x0; x <= b.x1; ++x) {
@@ -333,12 +336,16 @@ Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& se
   BakedTexels baked;
   baked.counts.texels = input.texels.texels.size();
   progress.report("direct", 0);
-  baked.irradiance = bake_direct(input, settings, baked.counts, progress);
+  const auto began = std::chrono::steady_clock::now();
+  baked.direct = bake_direct(input, settings, baked.counts, progress);
+  baked.direct_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  baked.direct_rays = baked.counts.rays.punctual_shadow + baked.counts.rays.emitter_shadow;
   if (progress.cancelled()) return cancelled();
   progress.report("gather", 0);
-  const std::vector<Rgb> indirect = bake_indirect(input, settings, baked.counts, progress);
+  baked.irradiance = bake_indirect(input, settings, baked.counts, progress);
   if (progress.cancelled()) return cancelled();
-  for (std::size_t t = 0; t < indirect.size(); ++t) baked.irradiance[t] += indirect[t];
+  for (std::size_t t = 0; t < baked.direct.size(); ++t) baked.irradiance[t] += baked.direct[t];
   return baked;
 }
 

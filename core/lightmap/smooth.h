@@ -11,7 +11,7 @@ struct GatheredTexel {
   Rgb irradiance;      // lux
   float variance = 0;  // of the mean of the channels, estimated from the gather's own halves; 0:
                        // not gathered (shared)
-  Vec3f normal;  // of gathered texels
+  Vec3f normal;        // of gathered texels
   bool gathered = false;
   bool covered = false;  // something is closer above it than the texel's edge
 };

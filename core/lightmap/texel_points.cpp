@@ -15,9 +15,11 @@ Vec2f grid_sample(const atlas::Texel& texel, unsigned bit) {
 
 TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel) {
   TexelPoints points;
+  const bool back = map.is_back(texel);
   for (const atlas::Fragment& f : map.fragments_of(texel)) {
     for (unsigned bit = 0; bit < 16 && points.count < points.point.size(); ++bit) {
-      if (f.mask >> bit & 1u) points.point[points.count++] = {f.triangle, grid_sample(texel, bit)};
+      if (f.mask >> bit & 1u)
+        points.point[points.count++] = {f.triangle, grid_sample(texel, bit), back};
     }
   }
   if (points.count > 0) return points;
@@ -31,11 +33,11 @@ TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel) 
     below += static_cast<double>(f.surface);
     const double reached = total > 0 ? below / total * static_cast<double>(wanted) : 0;
     while (points.count < wanted && points.count + 0.5 < reached) {
-      points.point[points.count++] = {f.triangle, f.centroid};
+      points.point[points.count++] = {f.triangle, f.centroid, back};
     }
   }
   if (points.count == 0)
-    points.point[points.count++] = {fragments[0].triangle, fragments[0].centroid};
+    points.point[points.count++] = {fragments[0].triangle, fragments[0].centroid, back};
   return points;
 }
 
@@ -48,7 +50,9 @@ TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel&
     weight += f.area;
   }
   const Vec2f centre = weight > 0 ? sum * (1.0f / weight) : fragments[0].centroid;
-  if (fragments.size() == 1) return {fragments[0].triangle, fragments[0].centroid};
+  if (fragments.size() == 1) {
+    return {fragments[0].triangle, fragments[0].centroid, map.is_back(texel)};
+  }
   // Between fragments the centre may lie off the surface: take a point that is on it.
   const TexelPoints points = texel_points(map, texel);
   std::uint32_t best = 0;
@@ -76,7 +80,7 @@ TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::
   };
   const Vec2f step{(by.x - 0.5f) * 0.25f, (by.y - 0.5f) * 0.25f};
   for (const Vec2f at : {point.at + step, point.at - step}) {
-    if (inside(at)) return {point.triangle, at};
+    if (inside(at)) return {point.triangle, at, point.back};
   }
   return point;
 }
@@ -84,7 +88,7 @@ TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::
 radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,
                                 const TexelPoints::Point& point, float lift) {
   const atlas::SurfacePoint p = atlas::point_at(layout, point.triangle, point.at);
-  return {optics::surface_frame(scene, p.triangle, p.u, p.v, false, lift), p.triangle};
+  return {optics::surface_frame(scene, p.triangle, p.u, p.v, point.back, lift), p.triangle};
 }
 
 }  // namespace lightbatch::lightmap

@@ -15,7 +15,8 @@ namespace lightbatch::lightmap {
 struct TexelPoints {
   struct Point {
     std::uint32_t triangle = 0;
-    Vec2f at;  // page coordinates
+    Vec2f at;           // page coordinates
+    bool back = false;  // the clockwise side
   };
   std::array<Point, 16> point;
   std::uint32_t count = 0;
@@ -32,7 +33,7 @@ TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel&
 TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::Point& point,
                                 Vec2f by);
 
-/// The front side of the surface at a point of a texel, ready to cast from.
+/// The texel's side of the surface at a point of it, ready to cast from.
 radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,
                                 const TexelPoints::Point& point, float lift);
 

@@ -13,6 +13,7 @@
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/light_stage.h"
+#include "core/pipeline/pilot.h"
 #include "core/pipeline/plan_cost.h"
 #include "core/pipeline/quote.h"
 #include "core/pipeline/report_json.h"
@@ -47,8 +48,11 @@ Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& repo
     p.target_error = error_for_time(prices, options.time_budget);
     report["quote"] = report_quote(prices);
   }
+  clock.start("pilot");
+  LB_ASSIGN_OR_RETURN(const Tuned tuned, tune(options, p, made.places, p.target_error, progress));
+  report["expected"] = report_expected(tuned);
   const accuracy::BakeSettings settings =
-      accuracy::settings_for(p.target_error, measure_for_settings(p, made.places), options.seed);
+      accuracy::settings_for(tuned.rungs, measure_for_settings(p, made.places), options.seed);
   LB_ASSIGN_OR_RETURN(made.light, bake_light(options, p, made.places, settings, clock, progress));
   clock.start("pages");
   made.pages =

@@ -12,8 +12,8 @@ namespace {
 
 /// Texels drawn for judging; the certificate uses a prefix.
 constexpr std::size_t kProbes = 2000;
-constexpr double kFewestPaths = 3e4;
-constexpr double kMostPaths = 2e6;
+constexpr double kFewestPaths = 2e5;
+constexpr double kMostPaths = 8e6;
 
 /// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
 /// shuffled.
@@ -48,7 +48,7 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
       const auto moved =
           lightmap::moved_within(layout, points.point[std::min(points.count - 1, i)], within);
       const auto q = atlas::point_at(layout, moved.triangle, moved.at);
-      return accuracy::SurfacePoint{q.triangle, q.u, q.v, false};
+      return accuracy::SurfacePoint{q.triangle, q.u, q.v, moved.back};
     };
     probes.push_back(std::move(probe));
   }
@@ -83,16 +83,6 @@ double mean_bounces(const Prepared& p) {
   return area > 0 ? 1.0 / std::max(1e-3, 1.0 - reflected / area) : 1.0;
 }
 
-/// Paths that cost about a quarter of the rays that the bake itself cast.
-std::uint64_t path_budget(const Prepared& p, const LightBake& light) {
-  radiosity::RayCounts rays = light.baked.counts.rays;
-  rays += light.radiosity.rays;
-  const double cast =
-      static_cast<double>(rays.hemisphere + rays.punctual_shadow + rays.emitter_shadow);
-  return static_cast<std::uint64_t>(
-      std::clamp(0.25 * cast / (1.0 + mean_bounces(p)), kFewestPaths, kMostPaths));
-}
-
 }  // namespace
 
 Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared& p,
@@ -105,31 +95,34 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
   accuracy::CertificateOptions certificate_options;
   certificate_options.target = p.target_error;
   certificate_options.seed = item_seed(options.seed, 1, 32);
-  certificate_options.max_paths = path_budget(p, light);
+  radiosity::RayCounts rays = light.baked.counts.rays;
+  rays += light.radiosity.rays;
+  certificate_options.max_paths = path_budget(
+      p, static_cast<double>(rays.hemisphere + rays.punctual_shadow + rays.emitter_shadow));
   certificate_options.map_mean = mean_of_map(places, light);
   auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
   clock.stop();
   return certificate;
 }
 
-Result<double> certify_price(const JobOptions& options, const Prepared& p,
-                             const LightmapPlaces& places, const LightBake& light, double target,
-                             const Progress& progress) {
-  // Paths that certificates were seen to take at 2 %; they grow as the target shrinks, up to the
-  // certificate's budget.
-  constexpr double kPathsAtTwoPercent = 6e5;
+std::uint64_t path_budget(const Prepared& p, double bake_rays) {
+  return static_cast<std::uint64_t>(
+      std::clamp(0.25 * bake_rays / (1.0 + mean_bounces(p)), kFewestPaths, kMostPaths));
+}
+
+Result<double> seconds_a_path(const JobOptions& options, const Prepared& p,
+                              const LightmapPlaces& places, const LightBake& light,
+                              const Progress& progress) {
   accuracy::CertificateOptions small;
-  small.target = target;
-  small.max_paths = 20'000;
+  small.target = 1e-6;  // never reached: the whole budget is spent
+  small.max_paths = 40'000;
   small.seed = item_seed(options.seed, 2, 33);
   const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
+  const auto probes = draw_probes(places, light, options.seed);
   const StageClock clock;
-  LB_ASSIGN_OR_RETURN(
-      const accuracy::Certificate run,
-      accuracy::certify(tracer, draw_probes(places, light, options.seed), small, progress));
-  if (run.paths == 0) return 0.0;
-  const double paths = std::min(kMostPaths, kPathsAtTwoPercent * std::pow(0.02 / target, 1.5));
-  return clock.seconds() * paths / static_cast<double>(run.paths);
+  LB_ASSIGN_OR_RETURN(const accuracy::Certificate run,
+                      accuracy::certify(tracer, probes, small, progress));
+  return run.paths > 0 ? clock.seconds() / static_cast<double>(run.paths) : 0.0;
 }
 
 nlohmann::json report_accuracy(const accuracy::Certificate& c, double target) {

@@ -12,10 +12,13 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
                                       const LightmapPlaces& places, const LightBake& light,
                                       StageClock& clock, const Progress& progress);
 
-/// Expected seconds of the certificate at a target, from a small run of it.
-Result<double> certify_price(const JobOptions& options, const Prepared& p,
-                             const LightmapPlaces& places, const LightBake& light, double target,
-                             const Progress& progress);
+/// Paths that a certificate may take after a bake of so many rays: about a quarter of its price.
+std::uint64_t path_budget(const Prepared& p, double bake_rays);
+
+/// Wall seconds of one path of a certificate, from a small run of it.
+Result<double> seconds_a_path(const JobOptions& options, const Prepared& p,
+                              const LightmapPlaces& places, const LightBake& light,
+                              const Progress& progress);
 
 /// The accuracy section. passed: the estimate is not above the target.
 nlohmann::json report_accuracy(const accuracy::Certificate& certificate, double target);

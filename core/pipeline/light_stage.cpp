@@ -35,28 +35,110 @@ double area_of(const scene::Scene& scene, Weight weight) {
       [](double a, double b) { return a + b; });
 }
 
-/// Mean irradiance over the surfaces that have texels, all channels.
-double mean_over_texels(const Prepared& p, const LightmapPlaces& places,
-                        const radiosity::Elements& elements, const radiosity::Solution& solution) {
-  double sum = 0, area = 0;
-  for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
-    if (places.layout.chart_of[i] == scene::kNone) continue;
-    // Cells of large triangles: a fixed spread of points stands for them.
+/// All that the first stage is made of; the parts refer to each other.
+struct FirstStage {
+  radiosity::LightSources sources;
+  radiosity::DirectLight direct;
+  radiosity::Elements elements;
+  radiosity::ElementLookup lookup;
+  radiosity::SolverOptions options;
+  radiosity::Solution solution;
+
+  FirstStage(const Prepared& p, const accuracy::BakeSettings& settings)
+      : sources(*p.scene, *p.optics,
+                {p.effects.on(Effect::kPointLights), p.effects.on(Effect::kSpotLights),
+                 p.effects.on(Effect::kDirectionalLights), p.effects.on(Effect::kEmitters)}),
+        direct(*p.optics, *p.caster, sources, p.effects.on(Effect::kShadows)),
+        elements(*p.scene, p.tree, *p.optics, settings.elements),
+        lookup(*p.scene, *p.caster, elements, direct.lift()),
+        options(settings.solver) {
+    options.interreflection = p.effects.on(Effect::kInterreflection);
+  }
+  FirstStage(const FirstStage&) = delete;
+  FirstStage& operator=(const FirstStage&) = delete;
+
+  Status solve(const Prepared& p, bool linked, const Progress& progress) {
+    const radiosity::SolverInput input{*p.scene, p.tree, *p.optics, *p.caster,
+                                       elements, direct, p.sky,     lookup};
+    LB_ASSIGN_OR_RETURN(solution, linked ? radiosity::solve_linked(input, options, progress)
+                                         : radiosity::solve_stored_rays(input, options, progress));
+    return {};
+  }
+
+  /// Mean irradiance of one side of a triangle, lux, mean over channels. Cells of large triangles:
+  /// a fixed spread of points stands for them.
+  double irradiance_of(std::uint32_t triangle, bool back) const {
     constexpr float kSpread[][2] = {{0.333f, 0.333f}, {0.1f, 0.1f},  {0.8f, 0.1f}, {0.1f, 0.8f},
                                     {0.45f, 0.45f},   {0.1f, 0.45f}, {0.45f, 0.1f}};
     double mean = 0;
     for (const auto& uv : kSpread) {
-      const radiosity::ElementId e = elements.at(i, uv[0], uv[1], false);
+      const radiosity::ElementId e = elements.at(triangle, uv[0], uv[1], back);
+      if (e == radiosity::kNoElement) continue;
       mean += static_cast<double>(solution.irradiance[e].sum()) / (3.0 * std::size(kSpread));
     }
+    return mean;
+  }
+};
+
+/// Mean irradiance over the surfaces that have texels, all channels.
+double mean_over_texels(const Prepared& p, const LightmapPlaces& places, const FirstStage& first) {
+  double sum = 0, area = 0;
+  for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
+    const std::uint32_t chart = places.layout.chart_of[i];
+    if (chart == scene::kNone) continue;
+    const bool back = !places.texels.back.empty() && places.texels.back[chart] != 0;
     const double a = triangle_area(*p.scene, i);
-    sum += mean * a;
+    sum += first.irradiance_of(i, back) * a;
     area += a;
   }
   return area > 0 ? sum / area : 0;
 }
 
+/// Light in front of a chart below this share of that behind: the front is closed off.
+constexpr double kClosedOff = 0.002;
+/// Nominal error of the first stage that tells: only light and darkness are asked.
+constexpr double kRoughRung = 0.1;
+
+/// Two-sided surfaces have one texel for two sides: the front's, but the back's where no light can
+/// reach the front of a whole chart, as in a closed slab that is modelled inside out. Viewers flip
+/// the normal of what they see of a two-sided surface (glTF 2.0, material.doubleSided), so the side
+/// that is seen is the one that has light.
+Status choose_sides(const JobOptions& options, const Prepared& p, LightmapPlaces& places,
+                    const Progress& progress) {
+  bool any = false;
+  for (std::uint32_t i = 0; i < p.scene->triangles.size() && !any; ++i) {
+    any = places.layout.chart_of[i] != scene::kNone && p.optics->double_sided(i);
+  }
+  if (!any) return {};
+  FirstStage first(
+      p, accuracy::settings_for(kRoughRung, measure_for_settings(p, places), options.seed));
+  LB_RETURN_IF_ERROR(first.solve(p, false, progress));
+  std::vector<double> front(places.layout.charts.size()), behind(front.size());
+  std::vector<std::uint8_t> one_sided(front.size());
+  for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
+    const std::uint32_t chart = places.layout.chart_of[i];
+    if (chart == scene::kNone) continue;
+    if (!p.optics->double_sided(i)) {
+      one_sided[chart] = 1;
+      continue;
+    }
+    const double area = triangle_area(*p.scene, i);
+    front[chart] += area * first.irradiance_of(i, false);
+    behind[chart] += area * first.irradiance_of(i, true);
+  }
+  places.texels.back.assign(front.size(), 0);
+  for (std::size_t c = 0; c < front.size(); ++c) {
+    if (one_sided[c] == 0 && front[c] < kClosedOff * behind[c]) places.texels.back[c] = 1;
+  }
+  return {};
+}
+
 }  // namespace
+
+accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPlaces& places) {
+  return {area_of(*p.scene, [&](std::uint32_t i) { return p.optics->double_sided(i) ? 2.0 : 1.0; }),
+          places.texels.texels.size()};
+}
 
 Result<LightmapPlaces> make_places(const JobOptions& options, const Prepared& p, StageClock& clock,
                                    const Progress& progress) {
@@ -73,13 +155,9 @@ Result<LightmapPlaces> make_places(const JobOptions& options, const Prepared& p,
   LB_ASSIGN_OR_RETURN(places.layout, atlas::make_layout(*p.scene, lit, layout_options, progress));
   clock.start("texels");
   places.texels = atlas::cover_texels(*p.scene, places.layout);
+  LB_RETURN_IF_ERROR(choose_sides(options, p, places, progress));
   clock.stop();
   return places;
-}
-
-accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPlaces& places) {
-  return {area_of(*p.scene, [&](std::uint32_t i) { return p.optics->double_sided(i) ? 2.0 : 1.0; }),
-          places.texels.texels.size()};
 }
 
 Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
@@ -90,32 +168,20 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   progress.report("radiosity", 0);
   LightBake bake;
   bake.settings = settings;
-  const radiosity::LightSources sources(
-      *p.scene, *p.optics,
-      {p.effects.on(Effect::kPointLights), p.effects.on(Effect::kSpotLights),
-       p.effects.on(Effect::kDirectionalLights), p.effects.on(Effect::kEmitters)});
-  const radiosity::DirectLight direct(*p.optics, *p.caster, sources,
-                                      p.effects.on(Effect::kShadows));
-  const radiosity::Elements elements(*p.scene, p.tree, *p.optics, settings.elements);
-  bake.element_edge = elements.edge();
-  const radiosity::ElementLookup lookup(*p.scene, *p.caster, elements, direct.lift());
-  radiosity::SolverOptions solver = settings.solver;
-  solver.interreflection = p.effects.on(Effect::kInterreflection);
-  const radiosity::SolverInput solver_input{*p.scene, p.tree, *p.optics, *p.caster,
-                                            elements, direct, p.sky,     lookup};
+  FirstStage first(p, settings);
+  bake.element_edge = first.elements.edge();
   const bool linked = options.solver == SolverMode::kLinked;
-  LB_ASSIGN_OR_RETURN(const radiosity::Solution solution,
-                      linked ? radiosity::solve_linked(solver_input, solver, progress)
-                             : radiosity::solve_stored_rays(solver_input, solver, progress));
+  LB_RETURN_IF_ERROR(first.solve(p, linked, progress));
   bake.mode = linked ? "linked" : "stored-ray";
-  bake.radiosity = solution.statistics;
-  bake.mean_irradiance = mean_over_texels(p, places, elements, solution);
+  bake.radiosity = first.solution.statistics;
+  bake.mean_irradiance = mean_over_texels(p, places, first);
 
   clock.start("gather");
-  lightmap::BakeInput input{*p.scene, *p.optics, *p.caster, p.sky,         direct,
-                            elements, lookup,    solution,  places.layout, places.texels};
-  input.indirect = solver.interreflection || !p.sky.is_black();
-  input.direct_lights = !sources.punctual().empty() || !sources.emitters().empty();
+  lightmap::BakeInput input{*p.scene,      *p.optics,      *p.caster,    p.sky,
+                            first.direct,  first.elements, first.lookup, first.solution,
+                            places.layout, places.texels};
+  input.indirect = first.options.interreflection || !p.sky.is_black();
+  input.direct_lights = !first.sources.punctual().empty() || !first.sources.emitters().empty();
   input.mean_irradiance = bake.mean_irradiance;
   input.seed = options.seed;
   input.selected = selected;

@@ -3,44 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/accuracy/path_tracer.h"
 #include "core/pipeline/certify_stage.h"
+#include "core/pipeline/pilot.h"
 
 namespace lightbatch::pipeline {
 namespace {
 
-/// Texels that a pilot bakes, about.
-constexpr double kPilotTexels = 3000;
-/// The finest settings a pilot runs; finer prices follow the trend of the two finest runs.
-constexpr double kFinestPilot = 0.01;
+/// Targets that get a pilot of their own; the others are priced from the nearest finer pilot, or
+/// the finest.
+constexpr double kPiloted[] = {0.10, 0.03};
 /// Writing, batches and pages, per triangle and per texel of the scene (seconds): measured on the
 /// shared scenes, a small part of a bake.
 constexpr double kWritePerTriangle = 2.5e-6;
 constexpr double kWritePerTexel = 6e-7;
-
-struct Pilot {
-  double target = 0;
-  double seconds = 0;
-  std::vector<Rgb> values;  // of the selected texels
-};
-
-double share_selected(const std::vector<std::uint8_t>& selected) {
-  const auto count = std::count(selected.begin(), selected.end(), 1);
-  return selected.empty()
-             ? 1.0
-             : std::max(1e-6, static_cast<double>(count) / static_cast<double>(selected.size()));
-}
-
-double difference(const std::vector<Rgb>& values, const std::vector<Rgb>& truth) {
-  double squares = 0, sum = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const Rgbd d = to_double(values[i]) - to_double(truth[i]);
-    squares += d.r * d.r + d.g * d.g + d.b * d.b;
-    sum += to_double(truth[i]).sum();
-  }
-  const double n = 3.0 * static_cast<double>(values.size());
-  return sum > 0 ? std::sqrt(squares / n) / (sum / n) : 0;
-}
+/// A certificate stops between half of its budget and the whole.
+constexpr double kSpentPaths = 0.7;
 
 }  // namespace
 
@@ -50,48 +27,22 @@ Result<std::vector<Price>> quote(const JobOptions& options, const Prepared& p,
   const double before = clock.seconds();
   const double after = kWritePerTriangle * static_cast<double>(p.scene->triangles.size()) +
                        kWritePerTexel * static_cast<double>(places.texels.texels.size());
-  const auto measure = measure_for_settings(p, places);
-  std::vector<Pilot> pilots;
   clock.start("pilot");
-  for (const double target : kQuotedErrors) {
-    if (target < kFinestPilot) continue;
-    progress.report("pilot at " + std::to_string(std::lround(100 * target)) + "%", 0);
-    const auto settings = accuracy::settings_for(target, measure, options.seed);
-    const auto divisor = static_cast<std::uint32_t>(
-        std::max(1.0, static_cast<double>(places.texels.texels.size()) / kPilotTexels));
-    // One selection for all pilots: blocks of the coarsest settings.
-    const std::vector<std::uint8_t> selected =
-        lightmap::select_texels(places.layout, places.texels, 8, divisor);
-    StageClock own;
-    LB_ASSIGN_OR_RETURN(LightBake bake,
-                        bake_light(options, p, places, settings, own, progress, &selected));
-    LB_ASSIGN_OR_RETURN(const double certify_seconds,
-                        certify_price(options, p, places, bake, target, progress));
-    Pilot pilot{target, 0, {}};
-    const auto& stages = own.stages();
-    pilot.seconds =
-        stages[0].seconds + stages[1].seconds / share_selected(selected) + certify_seconds;
-    for (std::size_t t = 0; t < selected.size(); ++t) {
-      if (selected[t] != 0) pilot.values.push_back(bake.baked.irradiance[t]);
-    }
-    pilots.push_back(std::move(pilot));
-  }
-  std::vector<Price> prices;
-  for (const Pilot& pilot : pilots) {
-    const bool finest = &pilot == &pilots.back();
-    prices.push_back({pilot.target, finest ? 0.0 : difference(pilot.values, pilots.back().values),
-                      before + pilot.seconds + after});
-  }
-  const Pilot& last = pilots[pilots.size() - 1];
-  const Pilot& one_before = pilots[pilots.size() - 2];
-  const double slope = std::log(std::max(1.01, last.seconds / one_before.seconds)) /
-                       std::log(one_before.target / last.target);
-  for (const double target : kQuotedErrors) {
-    if (target >= kFinestPilot) continue;
-    prices.push_back(
-        {target, 0, before + last.seconds * std::pow(last.target / target, slope) + after});
+  std::vector<Tuned> tuned;
+  for (const double target : kPiloted) {
+    LB_ASSIGN_OR_RETURN(Tuned t, tune(options, p, places, target, progress));
+    tuned.push_back(std::move(t));
   }
   clock.stop();
+  std::vector<Price> prices;
+  for (const double target : kQuotedErrors) {
+    const bool coarse = target >= kPiloted[0];
+    const Pilot& pilot = tuned[coarse ? 0 : 1].pilot;
+    const accuracy::Rungs rungs = rungs_for(pilot, target);
+    const double paths = kSpentPaths * static_cast<double>(path_budget(p, rays_at(pilot, rungs)));
+    prices.push_back({target, error_at(pilot, rungs),
+                      before + seconds_at(pilot, rungs) + paths * pilot.seconds_a_path + after});
+  }
   return prices;
 }
 

@@ -9,16 +9,15 @@ namespace lightbatch::pipeline {
 /// One line of the price list.
 struct Price {
   double target = 0;   // relRMSE asked for
-  double error = 0;    // expected relRMSE of the texels; 0: not measured, the target stands for it
-  double seconds = 0;  // expected wall time of the whole bake
+  double error = 0;    // expected relRMSE of the texels
+  double seconds = 0;  // expected wall time of the whole bake, its own pilot included
 };
 
 /// Errors that are always quoted.
 constexpr double kQuotedErrors[] = {0.10, 0.05, 0.02, 0.01, 0.005};
 
-/// The price list of a scene: its light is baked at several settings on a fixed small share of the
-/// texels; errors are taken against the finest of them, times are scaled to all texels and added
-/// to what the stages before have taken. Stage "pilot".
+/// The price list of a scene, from pilots that bake a small share of its texels; what the stages
+/// before have taken is added. Stage "pilot".
 Result<std::vector<Price>> quote(const JobOptions& options, const Prepared& p,
                                  const LightmapPlaces& places, StageClock& clock,
                                  const Progress& progress);

@@ -251,6 +251,15 @@ Json report_quote(const std::vector<Price>& prices) {
   return list;
 }
 
+Json report_expected(const Tuned& tuned) {
+  const auto part = [](const accuracy::PartPilot& pilot, double rung) {
+    return Json{{"error", accuracy::error_at(pilot, rung)}, {"rung", rung}};
+  };
+  return {{"error", error_at(tuned.pilot, tuned.rungs)},
+          {"direct", part(tuned.pilot.direct, tuned.rungs.direct)},
+          {"indirect", part(tuned.pilot.indirect, tuned.rungs.indirect)}};
+}
+
 void report_counters(Json& report, const plan::EffectPlan& effects, const LightBake& bake) {
   for (std::size_t i = 0; i < plan::kEffectCount; ++i) {
     report["plan"]["effects"][i]["cost_share"] = effects.decisions[i].cost_share;

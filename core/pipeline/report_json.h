@@ -9,6 +9,7 @@
 #include "core/hierarchy/statistics.h"
 #include "core/pipeline/job.h"
 #include "core/pipeline/light_stage.h"
+#include "core/pipeline/pilot.h"
 #include "core/pipeline/prepare.h"
 #include "core/pipeline/quote.h"
 #include "core/pipeline/stage_clock.h"
@@ -27,6 +28,8 @@ Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& 
                       const std::vector<lightmap::EncodedPage>& pages);
 Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
                     const batches::ViewsReport& views, const std::string& profile);
+/// Section "expected": what the pilot foretells of the chosen settings.
+Json report_expected(const Tuned& tuned);
 Json report_quote(const std::vector<Price>& prices);
 /// Counters of what was cast and looked up, and shares of the cost, into the plan's effects.
 void report_counters(Json& report, const plan::EffectPlan& effects, const LightBake& bake);

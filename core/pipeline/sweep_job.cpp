@@ -6,6 +6,7 @@
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/light_stage.h"
+#include "core/pipeline/pilot.h"
 #include "core/pipeline/quote.h"
 #include "core/pipeline/report_json.h"
 #include "core/report/html.h"
@@ -66,8 +67,10 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
     clock.start(phase);
     StageClock own;
     p.target_error = target;
+    own.start("pilot");
+    LB_ASSIGN_OR_RETURN(const Tuned tuned, tune(options, p, places, target, progress));
     const auto settings =
-        accuracy::settings_for(target, measure_for_settings(p, places), options.seed);
+        accuracy::settings_for(tuned.rungs, measure_for_settings(p, places), options.seed);
     LB_ASSIGN_OR_RETURN(const LightBake bake,
                         bake_light(options, p, places, settings, own, progress));
     const double seconds = shared_seconds + own.seconds();

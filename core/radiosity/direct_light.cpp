@@ -7,6 +7,7 @@
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
 #include "core/radiosity/polygon_form_factor.h"
+#include "core/radiosity/spherical_triangle.h"
 
 namespace lightbatch::radiosity {
 namespace {
@@ -49,6 +50,54 @@ Bound bound_of(const Aabb& box, float power, const Receiver& at) {
   const float cosine = std::min(1.0f, (height + 1e-20f) / std::max(distance, radius + 1e-20f));
   const float importance = power * cosine / (kPi * std::max(squared, radius * radius) + 1e-30f);
   return {importance, importance * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
+}
+
+/// A point of an emitter and what it brings to the receiver: cosine at the receiver over the
+/// density per solid angle, sr; 0: nothing.
+struct EmitterSample {
+  Vec3f point;
+  Vec2f at;  // barycentric
+  double weight = 0;
+};
+
+/// Squared length of an edge over squared distance, from which on a triangle is large.
+constexpr float kLargeTriangle = 0.1f;
+
+EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random) {
+  const Vec3f ab = e.b - e.a, ac = e.c - e.a;
+  const Vec3d normal = cross(to_double(ab), to_double(ac));
+  const Vec3d from = to_double(at.frame.origin);
+  EmitterSample sample;
+  const Vec3f away = e.a - at.frame.origin;
+  const float largest = std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)});
+  if (largest > kLargeTriangle * dot(away, away)) {
+    const SphericalTriangle seen(from, {e.a, e.b, e.c});
+    if (!(seen.solid_angle() > 0)) return sample;
+    const Vec3d direction =
+        seen.direction(static_cast<double>(random.x), static_cast<double>(random.y));
+    const double facing = dot(direction, normal);
+    if (!(e.double_sided ? facing != 0 : facing < 0)) return sample;
+    const Vec3d point = direction * (dot(to_double(e.a) - from, normal) / facing);
+    // Barycentric in the plane of the triangle.
+    const Vec3d local = from + point - to_double(e.a);
+    const double scale = 1 / dot(normal, normal);
+    const double u = dot(cross(local, to_double(ac)), normal) * scale;
+    const double v = dot(cross(to_double(ab), local), normal) * scale;
+    if (!std::isfinite(u) || !std::isfinite(v)) return sample;
+    sample.at = {static_cast<float>(std::clamp(u, 0.0, 1.0)),
+                 static_cast<float>(std::clamp(v, 0.0, 1.0))};
+    sample.weight = dot(direction, to_double(at.frame.normal)) * seen.solid_angle();
+  } else {
+    sample.at = uniform_triangle(random);
+    const Vec3d to = to_double(e.a + ab * sample.at.x + ac * sample.at.y) - from;
+    const double squared = dot(to, to);
+    double facing = -dot(to, normal);
+    if (e.double_sided) facing = std::fabs(facing);
+    if (!(squared > 0) || !(facing > 0)) return sample;
+    sample.weight = 0.5 * dot(to, to_double(at.frame.normal)) * facing / (squared * squared);
+  }
+  sample.point = e.a + ab * sample.at.x + ac * sample.at.y;
+  return sample;
 }
 
 }  // namespace
@@ -150,20 +199,14 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
     while (i + 1 < terms.count && choice >= terms.term[i].weight) choice -= terms.term[i++].weight;
     const EmitterTerms::Term& term = terms.term[i];
     const Emitter& e = sources_->emitters()[term.emitter];
-    const Vec2f p = uniform_triangle(sequence.pair(index, 0));
-    const Vec3f target = e.a + (e.b - e.a) * p.x + (e.c - e.a) * p.y;
-    const Vec3f to = target - at.frame.origin;
-    const float squared = dot(to, to);
-    const Vec3f normal = cross(e.b - e.a, e.c - e.a);
-    float cosines = dot(to, at.frame.normal) * -dot(to, normal);
-    if (e.double_sided) cosines = std::fabs(cosines);
-    if (!(cosines > 0) || !(squared > 0)) continue;
-    // What this point brings, over the probability of its term (constant factors cancel).
-    const double weight = static_cast<double>(cosines) /
-                          (static_cast<double>(squared) * static_cast<double>(squared)) * 0.5 *
-                          static_cast<double>(terms.weight / term.weight);
-    const Rgb luminance = e.textured ? optics_->emission(e.triangle, p.x, p.y) : e.luminance;
+    const EmitterSample sample = sample_emitter(e, at, sequence.pair(index, 0));
+    if (!(sample.weight > 0)) continue;
+    // What this point brings, over the probability of its term.
+    const double weight = sample.weight * static_cast<double>(terms.weight / term.weight);
+    const Rgb luminance =
+        e.textured ? optics_->emission(e.triangle, sample.at.x, sample.at.y) : e.luminance;
     const Rgbd all = to_double(luminance) * (weight * static_cast<double>(term.scale));
+    const Vec3f to = sample.point - at.frame.origin;
     ++counts.emitter_shadow;
     ++sum.rays;
     const Rgb open =

@@ -2,7 +2,7 @@
 // of a case of analytic.json, or a CSV of points with reference irradiance (x,y,z,nx,ny,nz,r,g,b).
 //
 //   light_probe SCENE.glb [--target 0.02] [--sky NITS] [--texels D] [--points FILE.csv]
-//               [--analytic FILE.json] [--effort F] [--picture FILE.png]
+//               [--analytic FILE.json] [--picture FILE.png]
 
 #include <cmath>
 #include <cstdio>
@@ -22,6 +22,7 @@
 #include "core/lightmap/texel_points.h"
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/light_stage.h"
+#include "core/pipeline/pilot.h"
 
 namespace {
 
@@ -102,9 +103,23 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", places.status().to_string().c_str());
     return 3;
   }
+  accuracy::Rungs rungs{options.target_error, options.target_error, options.target_error};
+  if (!option.contains("--untuned")) {
+    const auto tuned = pipeline::tune(options, p, *places, options.target_error, silent);
+    rungs = tuned->rungs;
+    clock.start("pilot");
+    clock.stop();
+    std::printf("direct: error %.3f %% at rung %.3f %%, read at %.3f %%; cost %.3g rays\n",
+                100 * tuned->pilot.direct.error, 100 * tuned->pilot.direct.rung, 100 * rungs.direct,
+                tuned->pilot.direct.cost);
+    std::printf("indirect: error %.3f %% at rung %.3f %%, read at %.3f %%; cost %.3g rays\n",
+                100 * tuned->pilot.indirect.error, 100 * tuned->pilot.indirect.rung,
+                100 * rungs.indirect, tuned->pilot.indirect.cost);
+    std::printf("expected %.3f %%, %.2f s\n", 100 * pipeline::error_at(tuned->pilot, rungs),
+                pipeline::seconds_at(tuned->pilot, rungs));
+  }
   auto settings =
-      accuracy::settings_for(options.target_error, pipeline::measure_for_settings(p, *places),
-                             options.seed, number("--effort", 1));
+      accuracy::settings_for(rungs, pipeline::measure_for_settings(p, *places), options.seed);
   // Single settings, to see what each of them is worth.
   settings.elements.edge = number("--edge", settings.elements.edge);
   settings.solver.rays = static_cast<int>(number("--stored-rays", settings.solver.rays));
@@ -234,7 +249,7 @@ int main(int argc, char** argv) {
         const auto moved =
             lightmap::moved_within(places->layout, pts.point[std::min(pts.count - 1, i)], within);
         const auto q = atlas::point_at(places->layout, moved.triangle, moved.at);
-        return accuracy::SurfacePoint{q.triangle, q.u, q.v, false};
+        return accuracy::SurfacePoint{q.triangle, q.u, q.v, moved.back};
       };
       const auto half = tracer.irradiance(surface_at, 512, random.next_u64());
       const auto sum = tracer.irradiance(surface_at, 512, random.next_u64());

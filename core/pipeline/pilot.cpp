@@ -1,0 +1,171 @@
+#include "core/pipeline/pilot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/pipeline/certify_stage.h"
+
+namespace lightbatch::pipeline {
+namespace {
+
+using accuracy::Rungs;
+
+/// Texels of a pilot: a share of the map, within limits that keep its figure steady and its price
+/// small.
+constexpr double kShareOfTexels = 0.02;
+constexpr double kFewestTexels = 2500;
+constexpr double kMostTexels = 10000;
+/// The error aimed at, against the target: the pilot's own error and the certificate's must fit
+/// between.
+constexpr double kAim = 0.65;
+/// No part is read at a coarser rung than this many targets.
+constexpr double kLeastCare = 4;
+/// A choice within this factor of the pilot's rung is believed.
+constexpr double kNear = 2.0;
+/// Rungs of the two runs of a pilot.
+constexpr double kApart = 2.0;
+
+/// Area of each selected texel's surface, and their light by parts.
+struct Parts {
+  std::vector<Rgb> direct, indirect;
+};
+
+Parts parts_of(const LightBake& bake, const std::vector<std::uint8_t>& selected) {
+  Parts parts;
+  for (std::size_t t = 0; t < selected.size(); ++t) {
+    if (selected[t] == 0) continue;
+    parts.direct.push_back(bake.baked.direct[t]);
+    parts.indirect.push_back(bake.baked.irradiance[t] - bake.baked.direct[t]);
+  }
+  return parts;
+}
+
+std::vector<double> areas_of(const LightmapPlaces& places,
+                             const std::vector<std::uint8_t>& selected) {
+  std::vector<double> areas;
+  for (std::size_t t = 0; t < selected.size(); ++t) {
+    if (selected[t] == 0) continue;
+    double area = 0;
+    for (const atlas::Fragment& f : places.texels.fragments_of(places.texels.texels[t])) {
+      area += static_cast<double>(f.surface);
+    }
+    areas.push_back(area);
+  }
+  return areas;
+}
+
+/// Root of the mean square by area, mean over channels, of a - b.
+double difference(const std::vector<Rgb>& a, const std::vector<Rgb>& b,
+                  const std::vector<double>& areas) {
+  double squares = 0, area = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Rgbd d = to_double(a[i]) - to_double(b[i]);
+    squares += areas[i] * (d.r * d.r + d.g * d.g + d.b * d.b) / 3;
+    area += areas[i];
+  }
+  return area > 0 ? std::sqrt(squares / area) : 0;
+}
+
+double mean_of(const Parts& parts, const std::vector<double>& areas) {
+  double sum = 0, area = 0;
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    sum += areas[i] * static_cast<double>((parts.direct[i] + parts.indirect[i]).sum()) / 3;
+    area += areas[i];
+  }
+  return area > 0 ? sum / area : 0;
+}
+
+double rays_of(const radiosity::RayCounts& c) {
+  return static_cast<double>(c.hemisphere + c.punctual_shadow + c.emitter_shadow);
+}
+
+bool near(double a, double b) { return a < kNear * b && b < kNear * a; }
+
+}  // namespace
+
+Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
+                        const Rungs& at, const Progress& progress) {
+  Pilot pilot;
+  const auto measure = measure_for_settings(p, places);
+  const auto texels = static_cast<double>(places.texels.texels.size());
+  const double wanted = std::clamp(kShareOfTexels * texels, kFewestTexels, kMostTexels);
+  const std::vector<std::uint8_t> selected = lightmap::select_texels(
+      places.layout, places.texels, 8, static_cast<std::uint32_t>(std::max(1.0, texels / wanted)));
+  const std::vector<double> areas = areas_of(places, selected);
+  if (areas.empty()) return pilot;
+  const double whole = texels / static_cast<double>(areas.size());
+
+  const Rungs coarse{at.target, kApart * at.direct, kApart * at.indirect};
+  JobOptions other = options;
+  other.seed = options.seed + 1;
+  StageClock own;
+  LB_ASSIGN_OR_RETURN(
+      const LightBake rough,
+      bake_light(other, p, places, accuracy::settings_for(coarse, measure, other.seed), own,
+                 progress, &selected));
+  LB_ASSIGN_OR_RETURN(
+      const LightBake fine,
+      bake_light(options, p, places, accuracy::settings_for(at, measure, options.seed), own,
+                 progress, &selected));
+  const Parts a = parts_of(rough, selected), b = parts_of(fine, selected);
+  const double mean = mean_of(b, areas);
+  const double share = 1 / std::sqrt(1 + kApart * kApart);
+  const double direct_rays = static_cast<double>(fine.baked.direct_rays) * whole;
+  const double gather_rays =
+      (rays_of(fine.baked.counts.rays) - static_cast<double>(fine.baked.direct_rays)) * whole;
+  const double solve_rays = rays_of(fine.radiosity.rays);
+  const auto relative = [&](double d) { return mean > 0 ? d * share / mean : 0.0; };
+  pilot.direct = {at.direct, relative(difference(a.direct, b.direct, areas)), direct_rays};
+  pilot.indirect = {at.indirect, relative(difference(a.indirect, b.indirect, areas)),
+                    gather_rays + solve_rays};
+  // Stages: radiosity and gather of the rough run, then of the fine one.
+  pilot.solve_seconds = own.stages()[2].seconds;
+  pilot.direct_seconds = fine.baked.direct_seconds * whole;
+  pilot.gather_seconds = (own.stages()[3].seconds - fine.baked.direct_seconds) * whole;
+  LB_ASSIGN_OR_RETURN(pilot.seconds_a_path, seconds_a_path(options, p, places, fine, progress));
+  pilot.own_seconds = own.seconds();
+  return pilot;
+}
+
+Rungs rungs_for(const Pilot& pilot, double target) {
+  Rungs rungs = accuracy::choose_rungs(target, kAim * target, pilot.direct, pilot.indirect);
+  // What hardly costs anything may as well be good.
+  rungs.direct = std::min(rungs.direct, kLeastCare * target);
+  rungs.indirect = std::min(rungs.indirect, kLeastCare * target);
+  return rungs;
+}
+
+Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
+                   double target, const Progress& progress) {
+  progress.report("pilot", 0);
+  Tuned tuned;
+  tuned.rungs = {target, target, target};
+  for (int round = 0; round < 2; ++round) {
+    LB_ASSIGN_OR_RETURN(tuned.pilot, run_pilot(options, p, places, tuned.rungs, progress));
+    const Rungs before = tuned.rungs;
+    tuned.rungs = rungs_for(tuned.pilot, target);
+    if (near(before.direct, tuned.rungs.direct) && near(before.indirect, tuned.rungs.indirect)) {
+      break;
+    }
+  }
+  return tuned;
+}
+
+double error_at(const Pilot& pilot, const Rungs& rungs) {
+  return std::hypot(accuracy::error_at(pilot.direct, rungs.direct),
+                    accuracy::error_at(pilot.indirect, rungs.indirect));
+}
+
+double rays_at(const Pilot& pilot, const Rungs& rungs) {
+  return accuracy::cost_at(pilot.direct, rungs.direct, accuracy::kDirectPower) +
+         accuracy::cost_at(pilot.indirect, rungs.indirect, accuracy::kIndirectPower);
+}
+
+double seconds_at(const Pilot& pilot, const Rungs& rungs) {
+  const double indirect = std::pow(pilot.indirect.rung / rungs.indirect, accuracy::kIndirectPower);
+  const double direct = std::pow(pilot.direct.rung / rungs.direct, accuracy::kDirectPower);
+  return (pilot.own_seconds + pilot.solve_seconds + pilot.gather_seconds) * indirect +
+         pilot.direct_seconds * direct;
+}
+
+}  // namespace lightbatch::pipeline

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "core/accuracy/tuning.h"
+#include "core/pipeline/light_stage.h"
+
+namespace lightbatch::pipeline {
+
+/// What baking a small share of the texels told about the whole.
+struct Pilot {
+  accuracy::PartPilot direct, indirect;
+  /// Wall seconds of the whole map at the pilot's rungs, and of the pilot itself.
+  double solve_seconds = 0, direct_seconds = 0, gather_seconds = 0;
+  double own_seconds = 0;
+  double seconds_a_path = 0;  // of a certificate
+};
+
+/// Light of a fixed small share of the texels at `at` and once more at twice its errors, from other
+/// random numbers. The difference is the error of both: settings of half the error have half of it.
+/// Apart from the seconds, the same on every run. CANCELLED.
+Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
+                        const accuracy::Rungs& at, const Progress& progress);
+
+/// The cheapest rungs that meet a target, with room for what a pilot does not see.
+accuracy::Rungs rungs_for(const Pilot& pilot, double target);
+
+/// Pilot and choice for one target: a first pilot at the target's own rungs and, where the choice
+/// falls far from them, a second one there.
+struct Tuned {
+  accuracy::Rungs rungs;
+  Pilot pilot;
+};
+Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
+                   double target, const Progress& progress);
+
+/// relRMSE expected at other rungs.
+double error_at(const Pilot& pilot, const accuracy::Rungs& rungs);
+/// Rays of the bake at other rungs.
+double rays_at(const Pilot& pilot, const accuracy::Rungs& rungs);
+/// Wall seconds of pilot, first stage and texels at other rungs.
+double seconds_at(const Pilot& pilot, const accuracy::Rungs& rungs);
+
+}  // namespace lightbatch::pipeline
