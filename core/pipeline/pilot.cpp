@@ -18,8 +18,10 @@ constexpr double kMostTexels = 10000;
 /// The error aimed at, against the target: the pilot's own error and the certificate's must fit
 /// between.
 constexpr double kAim = 0.65;
-/// No part is read at a coarser rung than this many targets.
+/// No part is read at a coarser rung than this many targets, nor at a finer one than this share:
+/// what has not fallen by then does not fall with rays.
 constexpr double kLeastCare = 4;
+constexpr double kMostCare = 1.0 / 12;
 /// A choice within this factor of the pilot's rung is believed.
 constexpr double kNear = 2.0;
 /// Rungs of the two runs of a pilot.
@@ -129,9 +131,8 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
 
 Rungs rungs_for(const Pilot& pilot, double target) {
   Rungs rungs = accuracy::choose_rungs(target, kAim * target, pilot.direct, pilot.indirect);
-  // What hardly costs anything may as well be good.
-  rungs.direct = std::min(rungs.direct, kLeastCare * target);
-  rungs.indirect = std::min(rungs.indirect, kLeastCare * target);
+  rungs.direct = std::clamp(rungs.direct, kMostCare * target, kLeastCare * target);
+  rungs.indirect = std::clamp(rungs.indirect, kMostCare * target, kLeastCare * target);
   return rungs;
 }
 
