@@ -45,6 +45,12 @@ struct TexelMap {
   /// Per chart: 1 where its texels hold the light of the clockwise side; empty: nowhere.
   std::vector<std::uint8_t> back;
 
+  /// m2 of surface in the texel.
+  double surface_of(const Texel& t) const {
+    double sum = 0;
+    for (const Fragment& f : fragments_of(t)) sum += static_cast<double>(f.surface);
+    return sum;
+  }
   bool is_back(const Texel& t) const { return !back.empty() && back[t.chart] != 0; }
 
   std::span<const Fragment> fragments_of(const Texel& t) const {

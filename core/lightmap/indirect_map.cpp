@@ -340,7 +340,7 @@ Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& se
   baked.direct = bake_direct(input, settings, baked.counts, progress);
   baked.direct_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  baked.direct_rays = baked.counts.rays.punctual_shadow + baked.counts.rays.emitter_shadow;
+  baked.direct_rays = baked.counts.rays.cast();
   if (progress.cancelled()) return cancelled();
   progress.report("gather", 0);
   baked.irradiance = bake_indirect(input, settings, baked.counts, progress);

@@ -16,17 +16,14 @@ constexpr double kFewestPaths = 2e5;
 constexpr double kMostPaths = 8e6;
 
 /// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
-/// shuffled.
-/// The probes read `places` when they are judged.
+/// shuffled. The probes read `places` when they are judged.
 std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const LightBake& light,
                                          std::uint64_t seed) {
   const auto& texels = places.texels.texels;
   std::vector<double> up_to(texels.size());
   double total = 0;
   for (std::size_t t = 0; t < texels.size(); ++t) {
-    for (const atlas::Fragment& f : places.texels.fragments_of(texels[t])) {
-      total += static_cast<double>(f.surface);
-    }
+    total += places.texels.surface_of(texels[t]);
     up_to[t] = total;
   }
   std::vector<accuracy::Probe> probes;
@@ -39,17 +36,7 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
         static_cast<std::size_t>(std::upper_bound(up_to.begin(), up_to.end(), at) - up_to.begin()));
     accuracy::Probe probe;
     probe.value = light.baked.irradiance[t];
-    // Points anywhere in the samples' shares of the texel, new ones for every path, so that shadow
-    // edges are judged by where they run and not by the baker's own pattern.
-    probe.points = [&layout = places.layout,
-                    points = lightmap::texel_points(places.texels, texels[t])](float which,
-                                                                               Vec2f within) {
-      const auto i = static_cast<std::uint32_t>(which * static_cast<float>(points.count));
-      const auto moved =
-          lightmap::moved_within(layout, points.point[std::min(points.count - 1, i)], within);
-      const auto q = atlas::point_at(layout, moved.triangle, moved.at);
-      return accuracy::SurfacePoint{q.triangle, q.u, q.v, moved.back};
-    };
+    probe.points = points_of(places, texels[t]);
     probes.push_back(std::move(probe));
   }
   for (std::size_t k = probes.size(); k > 1; --k) {
@@ -62,11 +49,9 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
 double mean_of_map(const LightmapPlaces& places, const LightBake& light) {
   double sum = 0, area = 0;
   for (std::size_t t = 0; t < places.texels.texels.size(); ++t) {
-    for (const atlas::Fragment& f : places.texels.fragments_of(places.texels.texels[t])) {
-      sum += static_cast<double>(f.surface) * static_cast<double>(light.baked.irradiance[t].sum()) /
-             3.0;
-      area += static_cast<double>(f.surface);
-    }
+    const double surface = places.texels.surface_of(places.texels.texels[t]);
+    sum += surface * static_cast<double>(light.baked.irradiance[t].sum()) / 3.0;
+    area += surface;
   }
   return area > 0 ? sum / area : 0;
 }
@@ -85,6 +70,17 @@ double mean_bounces(const Prepared& p) {
 
 }  // namespace
 
+accuracy::PointSource points_of(const LightmapPlaces& places, const atlas::Texel& texel) {
+  return [&layout = places.layout, points = lightmap::texel_points(places.texels, texel)](
+             float which, Vec2f within) {
+    const auto i = static_cast<std::uint32_t>(which * static_cast<float>(points.count));
+    const auto moved =
+        lightmap::moved_within(layout, points.point[std::min(points.count - 1, i)], within);
+    const auto q = atlas::point_at(layout, moved.triangle, moved.at);
+    return accuracy::SurfacePoint{q.triangle, q.u, q.v, moved.back};
+  };
+}
+
 Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared& p,
                                       const LightmapPlaces& places, const LightBake& light,
                                       StageClock& clock, const Progress& progress) {
@@ -95,10 +91,8 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
   accuracy::CertificateOptions certificate_options;
   certificate_options.target = p.target_error;
   certificate_options.seed = item_seed(options.seed, 1, 32);
-  radiosity::RayCounts rays = light.baked.counts.rays;
-  rays += light.radiosity.rays;
   certificate_options.max_paths = path_budget(
-      p, static_cast<double>(rays.hemisphere + rays.punctual_shadow + rays.emitter_shadow));
+      p, static_cast<double>(light.baked.counts.rays.cast() + light.radiosity.rays.cast()));
   certificate_options.map_mean = mean_of_map(places, light);
   auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
   clock.stop();

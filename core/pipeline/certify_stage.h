@@ -7,6 +7,11 @@
 
 namespace lightbatch::pipeline {
 
+/// Points anywhere in the shares of a texel's samples, new ones for every path, so that shadow
+/// edges are judged by where they run and not by the baker's own pattern. Reads `places` when
+/// asked.
+accuracy::PointSource points_of(const LightmapPlaces& places, const atlas::Texel& texel);
+
 /// Stage "certify": judges area-uniform random texels by path tracing.
 Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared& p,
                                       const LightmapPlaces& places, const LightBake& light,

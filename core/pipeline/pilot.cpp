@@ -27,7 +27,7 @@ constexpr double kNear = 2.0;
 /// Rungs of the two runs of a pilot.
 constexpr double kApart = 2.0;
 
-/// Area of each selected texel's surface, and their light by parts.
+/// Light of the selected texels by parts.
 struct Parts {
   std::vector<Rgb> direct, indirect;
 };
@@ -47,11 +47,7 @@ std::vector<double> areas_of(const LightmapPlaces& places,
   std::vector<double> areas;
   for (std::size_t t = 0; t < selected.size(); ++t) {
     if (selected[t] == 0) continue;
-    double area = 0;
-    for (const atlas::Fragment& f : places.texels.fragments_of(places.texels.texels[t])) {
-      area += static_cast<double>(f.surface);
-    }
-    areas.push_back(area);
+    areas.push_back(places.texels.surface_of(places.texels.texels[t]));
   }
   return areas;
 }
@@ -75,10 +71,6 @@ double mean_of(const Parts& parts, const std::vector<double>& areas) {
     area += areas[i];
   }
   return area > 0 ? sum / area : 0;
-}
-
-double rays_of(const radiosity::RayCounts& c) {
-  return static_cast<double>(c.hemisphere + c.punctual_shadow + c.emitter_shadow);
 }
 
 bool near(double a, double b) { return a < kNear * b && b < kNear * a; }
@@ -114,8 +106,8 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
   const double share = 1 / std::sqrt(1 + kApart * kApart);
   const double direct_rays = static_cast<double>(fine.baked.direct_rays) * whole;
   const double gather_rays =
-      (rays_of(fine.baked.counts.rays) - static_cast<double>(fine.baked.direct_rays)) * whole;
-  const double solve_rays = rays_of(fine.radiosity.rays);
+      static_cast<double>(fine.baked.counts.rays.cast() - fine.baked.direct_rays) * whole;
+  const double solve_rays = static_cast<double>(fine.radiosity.rays.cast());
   const auto relative = [&](double d) { return mean > 0 ? d * share / mean : 0.0; };
   pilot.direct = {at.direct, relative(difference(a.direct, b.direct, areas)), direct_rays};
   pilot.indirect = {at.indirect, relative(difference(a.indirect, b.indirect, areas)),

@@ -21,6 +21,9 @@ struct RayCounts {
   std::uint64_t sheet_crossings = 0;
   std::uint64_t polygon_factors = 0;
 
+  /// Rays cast, of every kind.
+  std::uint64_t cast() const { return punctual_shadow + emitter_shadow + hemisphere; }
+
   RayCounts& operator+=(const RayCounts& o) {
     punctual_shadow += o.punctual_shadow;
     emitter_shadow += o.emitter_shadow;

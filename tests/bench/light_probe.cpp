@@ -233,9 +233,7 @@ int main(int argc, char** argv) {
     std::vector<double> up_to;
     double total = 0, squared = 0, truth = 0;
     for (const auto& texel : places->texels.texels) {
-      for (const auto& f : places->texels.fragments_of(texel)) {
-        total += static_cast<double>(f.surface);
-      }
+      total += places->texels.surface_of(texel);
       up_to.push_back(total);
     }
     constexpr int kTexels = 3000;
@@ -243,14 +241,7 @@ int main(int argc, char** argv) {
       const auto t = static_cast<std::size_t>(
           std::upper_bound(up_to.begin(), up_to.end() - 1, random.next_double() * total) -
           up_to.begin());
-      const auto pts = lightmap::texel_points(places->texels, places->texels.texels[t]);
-      const auto surface_at = [&places, pts](float which, Vec2f within) {
-        const auto i = static_cast<std::uint32_t>(which * static_cast<float>(pts.count));
-        const auto moved =
-            lightmap::moved_within(places->layout, pts.point[std::min(pts.count - 1, i)], within);
-        const auto q = atlas::point_at(places->layout, moved.triangle, moved.at);
-        return accuracy::SurfacePoint{q.triangle, q.u, q.v, moved.back};
-      };
+      const auto surface_at = pipeline::points_of(*places, places->texels.texels[t]);
       const auto half = tracer.irradiance(surface_at, 512, random.next_u64());
       const auto sum = tracer.irradiance(surface_at, 512, random.next_u64());
       const Rgb got = bake->baked.irradiance[t];

@@ -13,21 +13,11 @@ namespace {
 using testing::Mesh;
 using testing::Oracle;
 using testing::OracleHit;
+using testing::soup;
 
 // Barycentric distance below which float inputs leave the double oracle itself in doubt:
 // a few hundred roundings of 2^-53.
 constexpr double kDoubt = 1e-12;
-
-Mesh soup(std::size_t n, float size, std::uint64_t seed) {
-  Random random(seed);
-  Mesh mesh;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec3f at = testing::random_point(random);
-    mesh.add(at, at + testing::random_direction(random) * size,
-             at + testing::random_direction(random) * size);
-  }
-  return mesh;
-}
 
 /// Furniture of axis-parallel squares: flat boxes, coplanar neighbours, shared edges.
 Mesh axis_parallel(std::size_t n, std::uint64_t seed) {

@@ -83,4 +83,15 @@ struct Oracle {
   }
 };
 
+/// Triangles of about one size anywhere in the unit cube.
+inline Mesh soup(std::size_t n, float size, std::uint64_t seed) {
+  Random random(seed);
+  Mesh mesh;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3f at = random_point(random);
+    mesh.add(at, at + random_direction(random) * size, at + random_direction(random) * size);
+  }
+  return mesh;
+}
+
 }  // namespace lightbatch::rays::testing

@@ -11,17 +11,7 @@ namespace lightbatch::rays {
 namespace {
 
 using testing::Mesh;
-
-Mesh soup(std::size_t n, float size, std::uint64_t seed) {
-  Random random(seed);
-  Mesh mesh;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec3f at = testing::random_point(random);
-    mesh.add(at, at + testing::random_direction(random) * size,
-             at + testing::random_direction(random) * size);
-  }
-  return mesh;
-}
+using testing::soup;
 
 Vec3f inside(const Aabb& box, Random& random) {
   const Vec3f e = box.extent(), p = testing::random_point(random);
