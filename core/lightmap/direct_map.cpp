@@ -108,6 +108,11 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
   std::vector<Refine> refine(count);
   for_texels([&](std::uint32_t t, BakeCounts& c) {
     refine[t] = what_to_refine(input.texels, input.layout, pilots, t);
+    // Too weak to matter, whatever hides it: the pilot's answer is good enough.
+    if (static_cast<double>(emitters[t].open.max()) <=
+        settings.direct_error * input.mean_irradiance) {
+      refine[t].emitters = false;
+    }
     if (refine[t].emitters || refine[t].punctual) ++c.refined_texels;
     if (refine[t].emitters) emitters[t] = measure.refined_emitters(t, emitters[t].open, c);
     if (refine[t].punctual) direct[t] = measure.refined_punctual(t, c);

@@ -24,6 +24,8 @@ constexpr int kMostEmitterRays = 4096;
 constexpr int kMostEdgeRounds = 1024;
 /// Rays from every sixteenth of a refined texel, before it is known where edges run.
 constexpr std::uint32_t kFirstRounds = 4;
+/// Doubt about many emitters that is not worth a look at each, of the error that is asked for.
+constexpr double kNegligible = 0.3;
 /// Shares of a light that differ by more than this are two states.
 constexpr float kSameShare = 0.02f;
 
@@ -69,12 +71,14 @@ EmitterPart DirectTexel::emitters(std::uint32_t t, std::uint32_t wanted, int ray
   const std::uint32_t used = (points.count + stride - 1) / stride;
   const int rays_each = std::max(1, rays / static_cast<int>(used));
   const auto seed = static_cast<std::uint32_t>(item_seed(input_.seed, t, 11));
+  const auto negligible =
+      static_cast<float>(kNegligible * settings_.direct_error * input_.mean_irradiance);
   Rgbd arrives, open;
   for (std::uint32_t i = 0; i < used; ++i) {
     const Receiver at = receiver_at(input_.scene, input_.layout, spread_point(points, stride, i),
                                     input_.direct.lift());
-    const EmitterTerms terms =
-        input_.direct.emitter_terms(at, item_seed(input_.seed, t, 200 + i), counts.rays);
+    const EmitterTerms terms = input_.direct.emitter_terms(at, item_seed(input_.seed, t, 200 + i),
+                                                           counts.rays, negligible);
     if (terms.count == 0) continue;
     const VisibilitySum own = input_.direct.emitter_visibility(
         at, terms, rays_each, i * static_cast<std::uint32_t>(rays_each), seed, counts.rays);
@@ -107,7 +111,7 @@ EmitterPart DirectTexel::refined_emitters(std::uint32_t t, const Rgb& open,
   VisibilitySum seen;
   const int rays =
       std::max(8, samples_for(static_cast<double>(open.max()), kEdgeError, kMostEmitterRays));
-  return emitters(t, 16, rays, seen, counts);
+  return emitters(t, static_cast<std::uint32_t>(std::min(rays, 16)), rays, seen, counts);
 }
 
 Rgb DirectTexel::pilot_punctual(std::uint32_t t, DirectPilot& pilot, BakeCounts& counts) const {

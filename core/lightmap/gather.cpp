@@ -21,15 +21,30 @@ using radiosity::Receiver;
 /// Further gathers of a ray before Russian roulette decides on more, and at most. In a crack every
 /// hit is near: cut short, the walk would end on an element that lies mostly outside.
 constexpr int kSureDepth = 2;
-constexpr int kMaxDepth = 64;
+constexpr int kMaxDepth = 256;
 /// Differences between neighbours that noise and plain gradients explain.
 constexpr float kPlainVariation = 0.3f;
+constexpr float kLaterReach = 0.5f;
+/// Emitters that bring less than this share of the mean irradiance to a point that is itself one
+/// sample of many are asked now and then.
+constexpr float kWorthAsking = 0.1f;
 /// Share of an open element's hemisphere that is near, as in a corner of a room.
 constexpr float kPlainCrowding = 0.25f;
 /// How much farther such an element is replaced.
 constexpr float kVariationReach = 8.0f;
-/// Emitter terms of a point that is itself one sample of many.
-constexpr std::size_t kDeepTerms = 6;
+
+/// Rays of a texel after which their price is known.
+constexpr std::uint32_t kFirstRays = 16;
+/// Casts that a ray takes in the open, further gathers and shadow rays included.
+constexpr double kPlainCasts = 3;
+
+/// Rays of a texel where each takes `casts`: least squares for a number of casts has rays ~
+/// casts^-1/2. In a crack of white walls a ray takes a hundred.
+std::uint32_t worth_casting(int rays, double casts) {
+  const double share = std::sqrt(kPlainCasts / std::max(kPlainCasts, casts));
+  return std::min(static_cast<std::uint32_t>(rays),
+                  std::max(2 * kFirstRays, static_cast<std::uint32_t>(share * rays)));
+}
 
 }  // namespace
 
@@ -108,12 +123,10 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numb
       irradiance += open * input_.direct.punctual_visibility(at, light, counts.rays);
     }
   }
-  const auto terms = input_.direct.emitter_terms(at, random.next_u64(), counts.rays, kDeepTerms);
-  if (terms.count > 0) {
-    irradiance +=
-        terms.total *
-        input_.direct.emitter_visibility(at, terms, 1, 0, random.next_u32(), counts.rays).share();
-  }
+  const Vec2f on_emitter{random.next_float(), random.next_float()};
+  irradiance +=
+      input_.direct.sampled_emitters(at, kWorthAsking * static_cast<float>(input_.mean_irradiance),
+                                     random.next_double(), on_emitter, counts.rays);
   const Vec3f direction =
       Frame::about(at.frame.normal).to_world(cosine_hemisphere(numbers.direction));
   const Numbers next{random.next_u64(), {random.next_float(), random.next_float()}};
@@ -130,7 +143,7 @@ Rgb Gather::seen(const rays::Hit& hit, float distance, const Numbers& numbers, i
                  BakeCounts& counts) const {
   const ElementId e = input_.lookup.at(hit);
   if (e == radiosity::kNoElement) return {};
-  if (depth < kMaxDepth && distance < near_[e]) {
+  if (depth < kMaxDepth && distance < near_[e] * (depth == 0 ? 1.0f : kLaterReach)) {
     return gather_deeper(e, hit, numbers, depth, counts);
   }
   return read(e, hit, counts);
@@ -141,8 +154,14 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
   const OwenSobol8 sequence(seed);
   Rgbd sum, first_half;
   double inverse_distance = 0;
-  const auto half = static_cast<std::uint32_t>(rays) / 2;
-  for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(rays); ++k) {
+  auto wanted = static_cast<std::uint32_t>(rays);
+  std::uint32_t half = wanted / 2;
+  const std::uint64_t before = counts.rays.cast();
+  for (std::uint32_t k = 0; k < wanted; ++k) {
+    if (k == kFirstRays) {
+      wanted = worth_casting(rays, static_cast<double>(counts.rays.cast() - before) / kFirstRays);
+      half = wanted / 2;
+    }
     if (k == half) first_half = sum;
     const auto i = std::min(
         points.count - 1,
@@ -164,13 +183,14 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
         });
   }
   Value value;
-  value.irradiance = to_float(sum / static_cast<double>(rays));
-  const double difference = ((sum - first_half) / (rays - static_cast<double>(half)) -
+  const auto taken = static_cast<double>(wanted);
+  value.irradiance = to_float(sum / taken);
+  const double difference = ((sum - first_half) / (taken - static_cast<double>(half)) -
                              first_half / std::max(1.0, static_cast<double>(half)))
                                 .sum() /
                             3;
   value.variance = static_cast<float>(difference * difference / 4);
-  value.distance = inverse_distance > 0 ? static_cast<float>(rays / inverse_distance)
+  value.distance = inverse_distance > 0 ? static_cast<float>(taken / inverse_distance)
                                         : std::numeric_limits<float>::infinity();
   return value;
 }

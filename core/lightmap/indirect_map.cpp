@@ -28,6 +28,8 @@ constexpr double kShareOfLight = 2 / 2.4;
 constexpr float kFewestShare = 0.25f;
 constexpr float kMostShare = 8.0f;
 constexpr int kFewestRays = 16;
+/// Standard errors that a block's middle may be off by for noise.
+constexpr float kDeviations = 1.5f;
 /// Corners whose normals differ more than this (cosine) do not share.
 constexpr float kSameSurface = 0.97f;
 
@@ -66,7 +68,6 @@ class IndirectMap {
         progress_(progress),
         gather_(input, settings),
         texel_(input.texels.texels.size()),
-        distance_(input.texels.texels.size(), 0.0f),
         state_(input.texels.texels.size(), kUnknown) {}
 
   std::vector<Rgb> run() {
@@ -88,7 +89,11 @@ class IndirectMap {
       want(t, rest);
     }
     if (!progress_.cancelled()) compute(rest);
-    return smooth_gathered(input_, texel_);
+    smooth_gathered(input_, settings_.reach, texel_);
+    for (const Block& b : filled_) fill(b);
+    std::vector<Rgb> irradiance(texel_.size());
+    for (std::size_t t = 0; t < texel_.size(); ++t) irradiance[t] = texel_[t].irradiance;
+    return irradiance;
   }
 
  private:
@@ -204,7 +209,7 @@ class IndirectMap {
         texel_[t].normal =
             receiver_at(input_.scene, input_.layout, points.point[0], 0.0f).frame.normal;
         texel_[t].gathered = true;
-        distance_[t] = v.distance;
+        texel_[t].distance = v.distance;
         state_[t] = kComputed;
       }
     });
@@ -219,6 +224,7 @@ class IndirectMap {
   void settle(const Block& b, std::vector<Block>& next) {
     if (b.x1 - b.x0 <= 1 && b.y1 - b.y0 <= 1) return;
     if (predicted(b)) {
+      filled_.push_back(b);
       fill(b);
       return;
     }
@@ -242,7 +248,7 @@ class IndirectMap {
       const auto c = corners(b)[i];
       corner[i] = texel_at(b, c[0], c[1]);
       if (corner[i] == scene::kNone) return false;
-      nearest = std::min(nearest, distance_[corner[i]]);
+      nearest = std::min(nearest, texel_[corner[i]].distance);
       if (dot(texel_[corner[i]].normal, texel_[corner[0]].normal) < kSameSurface) return false;
     }
     for (int y = b.y0; y <= b.y1; ++y) {
@@ -252,13 +258,22 @@ class IndirectMap {
       }
     }
     const double edge = std::max(b.x1 - b.x0, b.y1 - b.y0) / input_.layout.texels_per_metre;
-    if (edge > settings_.reach * static_cast<double>(nearest)) return false;
+    // Under what is nearer than a texel nothing finer is to be seen.
+    if (!texel_[corner[0]].covered && edge > settings_.reach * static_cast<double>(nearest)) {
+      return false;
+    }
     const int xm = (b.x0 + b.x1) / 2;
     const int ym = (b.y0 + b.y1) / 2;
     const Rgb guess = bilinear(b, corner, xm, ym);
-    const Rgb off = texel_[texel_at(b, xm, ym)].irradiance - guess;
+    const std::uint32_t middle = texel_at(b, xm, ym);
+    const Rgb off = texel_[middle].irradiance - guess;
     const float worst = std::max({std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
-    return static_cast<double>(worst) <= settings_.tolerance * input_.mean_irradiance;
+    if (static_cast<double>(worst) <= settings_.tolerance * input_.mean_irradiance) return true;
+    // Noise alone makes as much: finer texels would be as noisy.
+    float variance = texel_[middle].variance;
+    for (const std::uint32_t c : corner) variance += texel_[c].variance;
+    variance *= (1 + 0.25f) / 5;
+    return worst * worst <= kDeviations * kDeviations * variance;
   }
 
   Rgb bilinear(const Block& b, const std::array<std::uint32_t, 4>& corner, int x, int y) const {
@@ -276,7 +291,7 @@ class IndirectMap {
     for (int y = b.y0; y <= b.y1; ++y) {
       for (int x = b.x0; x <= b.x1; ++x) {
         const std::uint32_t t = texel_at(b, x, y);
-        if (state_[t] != kUnknown) continue;
+        if (state_[t] != kUnknown && state_[t] != kShared) continue;
         texel_[t].irradiance = bilinear(b, corner, x, y);
         state_[t] = kShared;
       }
@@ -289,7 +304,7 @@ class IndirectMap {
   const Progress& progress_;
   Gather gather_;
   std::vector<GatheredTexel> texel_;
-  std::vector<float> distance_;
+  std::vector<Block> filled_;  // shared, coarse ones first
   std::vector<std::uint8_t> state_;
   std::vector<float> share_;  // of each texel in the rays, mean 1
   std::size_t computed_so_far_ = 0;

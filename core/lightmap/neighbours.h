@@ -10,10 +10,11 @@
 
 namespace lightbatch::lightmap {
 
-/// The texel itself (at 4) and its eight neighbours in its own chart, row by row; kNone where there
-/// is none. Opposite neighbours are k and 8 - k.
+/// The texel itself (at 4) and the eight around it at `step` texels in its own chart, row by row;
+/// kNone where there is none. Opposite neighbours are k and 8 - k.
 inline std::array<std::uint32_t, 9> neighbourhood(const atlas::TexelMap& map,
-                                                  const atlas::Layout& layout, std::uint32_t t) {
+                                                  const atlas::Layout& layout, std::uint32_t t,
+                                                  int step = 1) {
   std::array<std::uint32_t, 9> at;
   at.fill(scene::kNone);
   const atlas::Texel& texel = map.texels[t];
@@ -21,8 +22,8 @@ inline std::array<std::uint32_t, 9> neighbourhood(const atlas::TexelMap& map,
   const auto& index = map.index[texel.page];
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
-      const int x = texel.x + dx;
-      const int y = texel.y + dy;
+      const int x = texel.x + step * dx;
+      const int y = texel.y + step * dy;
       if (x < 0 || y < 0 || x >= page.width || y >= page.height) continue;
       const std::uint32_t other = index[static_cast<std::size_t>(y * page.width + x)];
       if (other != scene::kNone && map.texels[other].chart == texel.chart) {

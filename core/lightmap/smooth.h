@@ -12,13 +12,16 @@ struct GatheredTexel {
   float variance = 0;  // of the mean of the channels, estimated from the gather's own halves; 0:
                        // not gathered (shared)
   Vec3f normal;        // of gathered texels
+  float distance = 0;  // harmonic mean length of the rays, metres
   bool gathered = false;
   bool covered = false;  // something is closer above it than the texel's edge
 };
 
 /// Evens out the gather's noise: a texel becomes the mean over itself and those pairs of opposite
-/// neighbours that with it make a straight line, as far as the noise tells. Pairs keep gradients;
-/// what bends by more than noise stays as it is.
-std::vector<Rgb> smooth_gathered(const BakeInput& input, const std::vector<GatheredTexel>& texels);
+/// texels that with it make a straight line, as far as the noise tells. Pairs keep gradients; what
+/// bends by more than noise stays as it is. Repeated at 1, 2, 4 and 8 texels apart (a trous, as
+/// Dammertz et al. 2010), the farther ones only where that is at most `reach` harmonic mean
+/// distances.
+void smooth_gathered(const BakeInput& input, double reach, std::vector<GatheredTexel>& texels);
 
 }  // namespace lightbatch::lightmap

@@ -16,6 +16,11 @@ using hierarchy::Hierarchy;
 
 /// Nodes whose uncertainty is below this share of the whole are not opened further.
 constexpr float kCutTolerance = 0.005f;
+/// Of asking a weak light at all. A walk from the root knows little of what is close to one lamp of
+/// many, so that it must not be small.
+constexpr double kLeastChance = 0.25;
+/// So many emitters need no cut.
+constexpr std::size_t kFewEmitters = 8;
 /// Shadow rays stop this far (relative) short of the light.
 constexpr float kShadowEnd = 1.0f - 4e-7f;
 
@@ -121,9 +126,8 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
 }
 
 EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed, RayCounts& counts,
-                                        std::size_t capacity) const {
+                                        float negligible) const {
   EmitterTerms terms;
-  capacity = std::clamp<std::size_t>(capacity, 1, EmitterTerms::kCapacity);
   const auto& emitters = sources_->emitters();
   const auto add = [&](std::uint32_t index, float scale) {
     const Emitter& e = emitters[index];
@@ -134,7 +138,7 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed, 
     terms.total += value;
     terms.weight += value.sum();
   };
-  if (emitters.size() <= capacity) {
+  if (emitters.size() <= kFewEmitters) {
     for (std::uint32_t i = 0; i < emitters.size(); ++i) add(i, 1.0f);
     return terms;
   }
@@ -156,12 +160,12 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed, 
     sum += bound.importance;
   };
   push(0);
-  while (size > 0 && size < capacity) {
+  while (size > 0 && size < EmitterTerms::kCapacity) {
     std::size_t worst = 0;
     for (std::size_t i = 1; i < size; ++i) {
       if (cut[i].bound.uncertainty > cut[worst].bound.uncertainty) worst = i;
     }
-    if (cut[worst].bound.uncertainty <= kCutTolerance * sum) break;
+    if (cut[worst].bound.uncertainty <= std::max(kCutTolerance * sum, negligible)) break;
     const Hierarchy::NodeId id = cut[worst].id;
     sum -= cut[worst].bound.importance;
     cut[worst] = cut[--size];
@@ -215,6 +219,40 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
     sum.visible += all * to_double(open);
   }
   return sum;
+}
+
+Rgb DirectLight::sampled_emitters(const Receiver& at, float worth, double pick, Vec2f random,
+                                  RayCounts& counts) const {
+  if (sources_->emitters().empty()) return {};
+  const Hierarchy& tree = sources_->emitter_tree();
+  const auto importance = [&](Hierarchy::NodeId id) {
+    return static_cast<double>(bound_of(tree.box(id), sources_->power(id), at).importance);
+  };
+  Hierarchy::NodeId node = 0;
+  double probability =
+      worth > 0 ? std::clamp(importance(node) / static_cast<double>(worth), kLeastChance, 1.0) : 1;
+  if (!(pick < probability)) return {};
+  pick /= probability;
+  while (!tree.is_leaf(node)) {
+    const double left = importance(tree.left(node)), right = importance(tree.right(node));
+    if (!(left + right > 0)) return {};
+    const double share = left / (left + right);
+    const bool go_left = pick < share;
+    pick = std::min(go_left ? pick / share : (pick - share) / (1 - share), 0x1.fffffffffffffp-1);
+    probability *= go_left ? share : 1 - share;
+    node = go_left ? tree.left(node) : tree.right(node);
+  }
+  const Emitter& e = sources_->emitters()[tree.primitive(tree.first(node))];
+  if (e.triangle == at.triangle) return {};
+  const EmitterSample sample = sample_emitter(e, at, random);
+  if (!(sample.weight > 0)) return {};
+  const Rgb luminance =
+      e.textured ? optics_->emission(e.triangle, sample.at.x, sample.at.y) : e.luminance;
+  const Rgb open = luminance * static_cast<float>(sample.weight / probability);
+  if (!shadows_ || open.is_black()) return open;
+  ++counts.emitter_shadow;
+  return open * through({at.frame.origin, sample.point - at.frame.origin, 0.0f, kShadowEnd},
+                        at.triangle, e.triangle, counts);
 }
 
 Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& light,

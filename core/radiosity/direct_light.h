@@ -89,15 +89,21 @@ class DirectLight {
   float lift() const { return lift_; }
 
   /// seed picks the representatives of cut nodes; irrelevant while all emitters are leaves.
-  /// At most `capacity` terms.
+  /// Nodes that are unsure by less than `negligible` lux (channel sum) are not opened.
   EmitterTerms emitter_terms(const Receiver& at, std::uint64_t seed, RayCounts& counts,
-                             std::size_t capacity = EmitterTerms::kCapacity) const;
+                             float negligible = 0) const;
 
   /// Casts `rays` shadow rays to points of the emitters, chosen by what each term brings; sample
   /// indices first, first + 1... of the Owen-Sobol sequence of `seed`.
   VisibilitySum emitter_visibility(const Receiver& at, const EmitterTerms& terms, int rays,
                                    std::uint32_t first, std::uint32_t seed,
                                    RayCounts& counts) const;
+
+  /// What the emitters bring to the point, from one of them at random: unbiased, for points that
+  /// are themselves one sample of many. At most one shadow ray, and often none where less than
+  /// `worth` lux is to be had (Russian roulette). pick, random in [0, 1).
+  Rgb sampled_emitters(const Receiver& at, float worth, double pick, Vec2f random,
+                       RayCounts& counts) const;
 
   /// Share of light i that reaches the point: one shadow ray (transmittance of sheets included).
   Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;

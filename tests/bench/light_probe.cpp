@@ -170,10 +170,11 @@ int main(int argc, char** argv) {
       bake->element_edge, static_cast<unsigned long long>(bake->radiosity.links),
       bake->radiosity.iterations, bake->radiosity.residual, bake->mean_irradiance);
   std::printf(
-      "pages %zu charts %zu texels %zu density %.4g computed %.3f refined %.3f hemisphere %.1f M "
+      "direct %.3f s pages %zu charts %zu texels %zu density %.4g computed %.3f refined %.3f "
+      "hemisphere %.1f M "
       "deeper %.2f M\n",
-      places->layout.pages.size(), places->layout.charts.size(), places->texels.texels.size(),
-      places->layout.texels_per_metre,
+      bake->baked.direct_seconds, places->layout.pages.size(), places->layout.charts.size(),
+      places->texels.texels.size(), places->layout.texels_per_metre,
       static_cast<double>(counts.computed_texels) / static_cast<double>(counts.texels),
       static_cast<double>(counts.refined_texels) / static_cast<double>(counts.texels),
       static_cast<double>(counts.rays.hemisphere) * 1e-6,
