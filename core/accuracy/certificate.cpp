@@ -22,6 +22,10 @@ constexpr double kTail = 0.0125;
 /// A decision is believed once the interval is this narrow against the larger of error and target.
 constexpr double kNarrow = 0.5;
 
+/// Share of the paths' noise in the residuals up to which more probes tell more than more paths:
+/// squares of errors vary from texel to texel by several times their mean.
+constexpr double kMostNoise = 0.75;
+
 /// Sums of one probe's two halves.
 struct Halves {
   std::array<Rgbd, 2> sum;
@@ -225,7 +229,7 @@ Result<Certificate> certify(const PathTracer& tracer, std::span<const Probe> pro
       break;
     }
     // Twice the probes, or twice the paths of each: whichever the residuals are short of.
-    const bool more_probes = 2 * used <= probes.size() && noise_share < 0.5;
+    const bool more_probes = 2 * used <= probes.size() && noise_share < kMostNoise;
     const std::uint64_t next = more_probes ? 2 * used : used;
     const std::uint32_t next_goal = more_probes ? goal : 2 * goal;
     if (2 * next * next_goal > options.max_paths || next_goal > (1u << 24)) break;

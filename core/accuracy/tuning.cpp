@@ -6,19 +6,22 @@
 namespace lightbatch::accuracy {
 
 double error_at(const PartPilot& pilot, double rung) {
-  return pilot.rung > 0 ? pilot.error * rung / pilot.rung : 0.0;
+  return pilot.rung > 0 ? pilot.error * std::pow(rung / pilot.rung, pilot.growth.error) : 0.0;
 }
 
-double cost_at(const PartPilot& pilot, double rung, double power) {
-  return rung > 0 ? pilot.cost * std::pow(pilot.rung / rung, power) : pilot.cost;
+double cost_at(const PartPilot& pilot, double rung) {
+  return rung > 0 ? pilot.cost * std::pow(pilot.rung / rung, pilot.growth.cost) : pilot.cost;
+}
+
+double rung_for(const PartPilot& pilot, double error) {
+  return pilot.error > 0 ? pilot.rung * std::pow(error / pilot.error, 1 / pilot.growth.error)
+                         : kCoarsestRung;
 }
 
 Rungs choose_rungs(double target, double allowed, const PartPilot& direct,
                    const PartPilot& indirect) {
   const auto within = [](double rung) { return std::clamp(rung, kFinestRung, kCoarsestRung); };
-  const auto alone = [&](const PartPilot& p) {
-    return p.error > 0 ? within(p.rung * allowed / p.error) : kCoarsestRung;
-  };
+  const auto alone = [&](const PartPilot& p) { return within(rung_for(p, allowed)); };
   if (!(direct.error > 0) || !(indirect.error > 0)) {
     return {target, alone(direct), alone(indirect)};
   }
@@ -27,16 +30,17 @@ Rungs choose_rungs(double target, double allowed, const PartPilot& direct,
   double low = 0, high = 1;
   for (int i = 0; i < 60; ++i) {
     const double share = 0.5 * (low + high);
-    const double d = direct.rung * allowed * std::sqrt(share) / direct.error;
-    const double n = indirect.rung * allowed * std::sqrt(1 - share) / indirect.error;
-    const double price_direct = kDirectPower * cost_at(direct, d, kDirectPower) / share;
-    const double price_indirect =
-        kIndirectPower * cost_at(indirect, n, kIndirectPower) / (1 - share);
+    const auto price = [&](const PartPilot& p, double part) {
+      const double rung = rung_for(p, allowed * std::sqrt(part));
+      return p.growth.cost / p.growth.error * cost_at(p, rung) / part;
+    };
+    const double price_direct = price(direct, share);
+    const double price_indirect = price(indirect, 1 - share);
     (price_direct > price_indirect ? low : high) = share;
   }
   const double share = 0.5 * (low + high);
-  return {target, within(direct.rung * allowed * std::sqrt(share) / direct.error),
-          within(indirect.rung * allowed * std::sqrt(1 - share) / indirect.error)};
+  return {target, within(rung_for(direct, allowed * std::sqrt(share))),
+          within(rung_for(indirect, allowed * std::sqrt(1 - share)))};
 }
 
 }  // namespace lightbatch::accuracy

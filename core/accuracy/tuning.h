@@ -4,26 +4,36 @@
 
 namespace lightbatch::accuracy {
 
+/// How error falls and cost grows as a part is read at finer rungs: error ~ rung^error,
+/// cost ~ rung^-cost.
+struct Growth {
+  double error = 1;
+  double cost = 1;
+};
+/// Samples of edges converge as N^-3/4.
+constexpr Growth kDirectGrowth{1.0, 4.0 / 3.0};
+/// Gather rays and elements together; measured: error falls as rays^-0.55 where a few bright
+/// patches light a room, as rays^-0.75 in even light.
+constexpr Growth kIndirectGrowth{0.75, 1.3};
+
 /// What a pilot measured of one part of the light at one place of the ladder.
 struct PartPilot {
   double rung = 0;   // nominal error that the settings were read at
   double error = 0;  // relRMSE that the part brings there
   double cost = 0;   // rays of the whole map there
+  Growth growth;
 };
 
-/// How cost grows as a part's error falls: samples of edges converge as N^-3/4, gather rays and
-/// elements together as N^-0.77.
-constexpr double kDirectPower = 4.0 / 3.0;
-constexpr double kIndirectPower = 1.3;
-
-/// The cheapest rungs whose errors add (in squares) to `allowed`: error ~ rung, cost ~
-/// rung^-power for each part; at the optimum the squares stand as power times cost (Lagrange). Each
-/// within the ladder. A part without error is read at the coarsest rung.
+/// The cheapest rungs whose errors add (in squares) to `allowed`; at the optimum the squares stand
+/// as cost times growth.cost / growth.error (Lagrange). Each within the ladder. A part without
+/// error is read at the coarsest rung.
 Rungs choose_rungs(double target, double allowed, const PartPilot& direct,
                    const PartPilot& indirect);
 
 /// Error and cost of a part when read at another rung.
 double error_at(const PartPilot& pilot, double rung);
-double cost_at(const PartPilot& pilot, double rung, double power);
+double cost_at(const PartPilot& pilot, double rung);
+/// The rung at which a part brings an error.
+double rung_for(const PartPilot& pilot, double error);
 
 }  // namespace lightbatch::accuracy

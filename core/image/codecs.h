@@ -38,8 +38,9 @@ Result<ImageRgb> decode_image_rgb(std::span<const std::byte> bytes, const std::s
 /// PNG, 8 bits, RGBA or (alpha = false) RGB. Deterministic bytes.
 Bytes encode_png(const Image8& image, bool alpha);
 
-/// OpenEXR, half float R, G, B and A (coverage in [0, 1]; one value a pixel, or empty for 1),
-/// ZIP compression, row 0 on top. Deterministic bytes. Values beyond 65504 are clamped.
-Result<Bytes> encode_exr_half(const ImageRgb& image, std::span<const float> alpha);
+/// OpenEXR, R, G, B and A (coverage in [0, 1]; one value a pixel, or empty for 1), ZIP compression,
+/// row 0 on top: half float, or float where a value is beyond half float's 65504 (full sunlight is
+/// 100,000 lux). Deterministic bytes.
+Result<Bytes> encode_exr(const ImageRgb& image, std::span<const float> alpha);
 
 }  // namespace lightbatch::image

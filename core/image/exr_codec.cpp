@@ -122,42 +122,54 @@ Result<ImageRgb> decode_exr(std::span<const std::byte> bytes, const std::string&
   }
 }
 
-Result<Bytes> encode_exr_half(const ImageRgb& image, std::span<const float> alpha) {
+namespace {
+
+template <typename Value>
+Bytes encode_exr_as(const ImageRgb& image, std::span<const float> alpha, Imf::PixelType type) {
+  struct Pixel {
+    Value r, g, b, a;
+  };
+  const auto value = [](float v) { return Value(std::isnan(v) ? 0.0f : v); };
+  std::vector<Pixel> pixels(image.pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const Rgb& rgb = image.pixels[i];
+    pixels[i] = {value(rgb.r), value(rgb.g), value(rgb.b), value(alpha.empty() ? 1.0f : alpha[i])};
+  }
+  Imf::Header header(image.width, image.height);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  Imf::FrameBuffer frame;
+  const char* names[4] = {"R", "G", "B", "A"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    header.channels().insert(names[i], Imf::Channel(type));
+    frame.insert(names[i],
+                 Imf::Slice(type, reinterpret_cast<char*>(pixels.data()) + i * sizeof(Value),
+                            sizeof(Pixel), sizeof(Pixel) * static_cast<std::size_t>(image.width)));
+  }
+  BytesStream stream;
+  {
+    Imf::OutputFile file(stream, header, 0);
+    file.setFrameBuffer(frame);
+    file.writePixels(image.height);
+  }
+  return std::move(stream.bytes);
+}
+
+bool fits_half(const ImageRgb& image) {
+  return std::none_of(image.pixels.begin(), image.pixels.end(), [](const Rgb& p) {
+    return std::max({std::fabs(p.r), std::fabs(p.g), std::fabs(p.b)}) > kLargestHalf;
+  });
+}
+
+}  // namespace
+
+Result<Bytes> encode_exr(const ImageRgb& image, std::span<const float> alpha) {
   if (image.width <= 0 || image.height <= 0) return bad_option("an EXR image needs pixels");
   if (!alpha.empty() && alpha.size() != image.pixels.size()) {
     return bad_option("coverage needs one value a pixel");
   }
-  struct Pixel {
-    half r, g, b, a;
-  };
-  const auto to_half = [](float value) {
-    return half(std::isnan(value) ? 0.0f : std::clamp(value, -kLargestHalf, kLargestHalf));
-  };
-  std::vector<Pixel> pixels(image.pixels.size());
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const Rgb& rgb = image.pixels[i];
-    pixels[i] = {to_half(rgb.r), to_half(rgb.g), to_half(rgb.b),
-                 to_half(alpha.empty() ? 1.0f : alpha[i])};
-  }
   try {
-    Imf::Header header(image.width, image.height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    Imf::FrameBuffer frame;
-    const char* names[4] = {"R", "G", "B", "A"};
-    for (std::size_t i = 0; i < 4; ++i) {
-      header.channels().insert(names[i], Imf::Channel(Imf::HALF));
-      frame.insert(
-          names[i],
-          Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels.data()) + i * sizeof(half),
-                     sizeof(Pixel), sizeof(Pixel) * static_cast<std::size_t>(image.width)));
-    }
-    BytesStream stream;
-    {
-      Imf::OutputFile file(stream, header, 0);
-      file.setFrameBuffer(frame);
-      file.writePixels(image.height);
-    }
-    return std::move(stream.bytes);
+    return fits_half(image) ? encode_exr_as<half>(image, alpha, Imf::HALF)
+                            : encode_exr_as<float>(image, alpha, Imf::FLOAT);
   } catch (const std::exception& error) {
     return Status(StatusCode::kInternal, "IMAGE_ENCODE_FAILED",
                   std::string("EXR image cannot be written: ") + error.what());

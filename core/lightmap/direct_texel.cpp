@@ -77,8 +77,9 @@ EmitterPart DirectTexel::emitters(std::uint32_t t, std::uint32_t wanted, int ray
   for (std::uint32_t i = 0; i < used; ++i) {
     const Receiver at = receiver_at(input_.scene, input_.layout, spread_point(points, stride, i),
                                     input_.direct.lift());
-    const EmitterTerms terms = input_.direct.emitter_terms(at, item_seed(input_.seed, t, 200 + i),
-                                                           counts.rays, negligible);
+    const float turn = static_cast<float>(i) / static_cast<float>(used);
+    const EmitterTerms terms = input_.direct.emitter_terms(
+        at, {item_seed(input_.seed, t, 200), turn}, counts.rays, negligible);
     if (terms.count == 0) continue;
     const VisibilitySum own = input_.direct.emitter_visibility(
         at, terms, rays_each, i * static_cast<std::uint32_t>(rays_each), seed, counts.rays);

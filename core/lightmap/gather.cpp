@@ -24,6 +24,7 @@ constexpr int kSureDepth = 2;
 constexpr int kMaxDepth = 256;
 /// Differences between neighbours that noise and plain gradients explain.
 constexpr float kPlainVariation = 0.3f;
+/// A second gather in a row is worth less: what it reads has been reflected once more.
 constexpr float kLaterReach = 0.5f;
 /// Emitters that bring less than this share of the mean irradiance to a point that is itself one
 /// sample of many are asked now and then.

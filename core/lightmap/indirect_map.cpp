@@ -89,7 +89,7 @@ class IndirectMap {
       want(t, rest);
     }
     if (!progress_.cancelled()) compute(rest);
-    smooth_gathered(input_, settings_.reach, texel_);
+    smooth_gathered(input_.layout, input_.texels, settings_.reach, texel_);
     for (const Block& b : filled_) fill(b);
     std::vector<Rgb> irradiance(texel_.size());
     for (std::size_t t = 0; t < texel_.size(); ++t) irradiance[t] = texel_[t].irradiance;

@@ -151,7 +151,7 @@ Result<EncodedPage> encode_page(const PageImage& page, double cut) {
 }
 
 Result<Bytes> encode_exr(const PageImage& page) {
-  return image::encode_exr_half(page.irradiance, page.coverage);
+  return image::encode_exr(page.irradiance, page.coverage);
 }
 
 image::Image8 preview(const PageImage& page) {

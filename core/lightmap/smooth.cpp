@@ -24,12 +24,13 @@ struct Smoothed {
   float variance = 0;
 };
 
-Smoothed smooth_one(const BakeInput& input, const std::vector<GatheredTexel>& texels,
-                    std::uint32_t t, int step, float nearest) {
+Smoothed smooth_one(const atlas::Layout& layout, const atlas::TexelMap& map,
+                    const std::vector<GatheredTexel>& texels, std::uint32_t t, int step,
+                    float nearest) {
   const GatheredTexel& own = texels[t];
   Smoothed result{own.irradiance, own.variance};
   if (!own.gathered || own.distance < nearest) return result;
-  const auto at = neighbourhood(input.texels, input.layout, t, step);
+  const auto at = neighbourhood(map, layout, t, step);
   // A variance from two halves is rough; the neighbourhood's, as a share of the light there, is
   // steadier and stays small for a dark texel beside bright ones.
   float variance = 0, squares = 0;
@@ -67,14 +68,15 @@ Smoothed smooth_one(const BakeInput& input, const std::vector<GatheredTexel>& te
 
 }  // namespace
 
-void smooth_gathered(const BakeInput& input, double reach, std::vector<GatheredTexel>& texels) {
+void smooth_gathered(const atlas::Layout& layout, const atlas::TexelMap& map, double reach,
+                     std::vector<GatheredTexel>& texels) {
   std::vector<Smoothed> smooth(texels.size());
   for (int step = 1; step <= kFarthest; step *= 2) {
-    const double apart = step / input.layout.texels_per_metre;
+    const double apart = step / layout.texels_per_metre;
     const float nearest = step > 1 ? static_cast<float>(apart / reach) : 0;
     parallel_for(texels.size(), 512, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        smooth[i] = smooth_one(input, texels, static_cast<std::uint32_t>(i), step, nearest);
+        smooth[i] = smooth_one(layout, map, texels, static_cast<std::uint32_t>(i), step, nearest);
       }
     });
     for (std::size_t i = 0; i < texels.size(); ++i) {

@@ -2,7 +2,10 @@
 
 #include <vector>
 
-#include "core/lightmap/bake.h"
+#include "core/atlas/layout.h"
+#include "core/atlas/texels.h"
+#include "core/math/rgb.h"
+#include "core/math/vec.h"
 
 namespace lightbatch::lightmap {
 
@@ -22,6 +25,7 @@ struct GatheredTexel {
 /// bends by more than noise stays as it is. Repeated at 1, 2, 4 and 8 texels apart (a trous, as
 /// Dammertz et al. 2010), the farther ones only where that is at most `reach` harmonic mean
 /// distances.
-void smooth_gathered(const BakeInput& input, double reach, std::vector<GatheredTexel>& texels);
+void smooth_gathered(const atlas::Layout& layout, const atlas::TexelMap& map, double reach,
+                     std::vector<GatheredTexel>& texels);
 
 }  // namespace lightbatch::lightmap

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/base/parallel.h"
+#include "core/optics/duplicates.h"
 #include "core/optics/texture.h"
 
 namespace lightbatch::optics {
@@ -187,6 +188,14 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
     }
   });
   for (const rays::Surface surface : surfaces_) ++counts_[static_cast<std::size_t>(surface)];
+  // A lamp modelled twice at one place shines once.
+  std::vector<std::uint32_t> lamps;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (emits(i) && surfaces_[i] == rays::Surface::kOpaque) lamps.push_back(i);
+  }
+  for (const std::uint32_t i : hidden_duplicates(scene, lamps)) {
+    flags_[i] = static_cast<std::uint8_t>(flags_[i] & ~(kEmits | kTexturedEmission));
+  }
 }
 
 Rgb Optics::reflectance(std::uint32_t triangle, float u, float v) const {

@@ -11,19 +11,20 @@ namespace lightbatch::pipeline {
 namespace {
 
 /// Texels drawn for judging; the certificate uses a prefix.
-constexpr std::size_t kProbes = 2000;
+constexpr std::size_t kProbes = 8192;
 constexpr double kFewestPaths = 2e5;
 constexpr double kMostPaths = 8e6;
 
 /// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
 /// shuffled. The probes read `places` when they are judged.
 std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const LightBake& light,
-                                         std::uint64_t seed) {
+                                         std::uint64_t seed,
+                                         const std::vector<std::uint8_t>* among = nullptr) {
   const auto& texels = places.texels.texels;
   std::vector<double> up_to(texels.size());
   double total = 0;
   for (std::size_t t = 0; t < texels.size(); ++t) {
-    total += places.texels.surface_of(texels[t]);
+    if (among == nullptr || (*among)[t] != 0) total += places.texels.surface_of(texels[t]);
     up_to[t] = total;
   }
   std::vector<accuracy::Probe> probes;
@@ -104,19 +105,21 @@ std::uint64_t path_budget(const Prepared& p, double bake_rays) {
       std::clamp(0.25 * bake_rays / (1.0 + mean_bounces(p)), kFewestPaths, kMostPaths));
 }
 
-Result<double> seconds_a_path(const JobOptions& options, const Prepared& p,
-                              const LightmapPlaces& places, const LightBake& light,
-                              const Progress& progress) {
-  accuracy::CertificateOptions small;
-  small.target = 1e-6;  // never reached: the whole budget is spent
-  small.max_paths = 40'000;
-  small.seed = item_seed(options.seed, 2, 33);
+Result<PilotTruth> judge_pilot(const JobOptions& options, const Prepared& p,
+                               const LightmapPlaces& places, const LightBake& light,
+                               const std::vector<std::uint8_t>& selected, std::uint64_t paths,
+                               const Progress& progress) {
+  accuracy::CertificateOptions all;
+  all.target = 1e-6;  // never reached: the whole budget is spent
+  all.max_paths = paths;
+  all.seed = item_seed(options.seed, 2, 33);
   const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
-  const auto probes = draw_probes(places, light, options.seed);
+  const auto probes = draw_probes(places, light, item_seed(options.seed, 3, 33), &selected);
   const StageClock clock;
   LB_ASSIGN_OR_RETURN(const accuracy::Certificate run,
-                      accuracy::certify(tracer, probes, small, progress));
-  return run.paths > 0 ? clock.seconds() / static_cast<double>(run.paths) : 0.0;
+                      accuracy::certify(tracer, probes, all, progress));
+  return PilotTruth{run.relrmse, run.low,
+                    run.paths > 0 ? clock.seconds() / static_cast<double>(run.paths) : 0.0};
 }
 
 nlohmann::json report_accuracy(const accuracy::Certificate& c, double target) {

@@ -20,10 +20,16 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
 /// Paths that a certificate may take after a bake of so many rays: about a quarter of its price.
 std::uint64_t path_budget(const Prepared& p, double bake_rays);
 
-/// Wall seconds of one path of a certificate, from a small run of it.
-Result<double> seconds_a_path(const JobOptions& options, const Prepared& p,
-                              const LightmapPlaces& places, const LightBake& light,
-                              const Progress& progress);
+/// What path tracing says of the texels of a pilot.
+struct PilotTruth {
+  double error = 0, low = 0;  // relRMSE and the lower end of its interval
+  double seconds_a_path = 0;  // wall
+};
+/// Judges the selected texels with that many paths.
+Result<PilotTruth> judge_pilot(const JobOptions& options, const Prepared& p,
+                               const LightmapPlaces& places, const LightBake& light,
+                               const std::vector<std::uint8_t>& selected, std::uint64_t paths,
+                               const Progress& progress);
 
 /// The accuracy section. passed: the estimate is not above the target.
 nlohmann::json report_accuracy(const accuracy::Certificate& certificate, double target);

@@ -24,6 +24,10 @@ constexpr double kLeastCare = 4;
 constexpr double kMostCare = 1.0 / 12;
 /// A choice within this factor of the pilot's rung is believed.
 constexpr double kNear = 2.0;
+/// Of the certificate's paths, for judging a pilot.
+constexpr double kShareOfPaths = 0.25;
+/// Errors are believed to be at most this many times what the two runs differ by.
+constexpr double kMostExcess = 3;
 /// Rungs of the two runs of a pilot.
 constexpr double kApart = 2.0;
 
@@ -103,20 +107,38 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
                  progress, &selected));
   const Parts a = parts_of(rough, selected), b = parts_of(fine, selected);
   const double mean = mean_of(b, areas);
-  const double share = 1 / std::sqrt(1 + kApart * kApart);
   const double direct_rays = static_cast<double>(fine.baked.direct_rays) * whole;
   const double gather_rays =
       static_cast<double>(fine.baked.counts.rays.cast() - fine.baked.direct_rays) * whole;
   const double solve_rays = static_cast<double>(fine.radiosity.rays.cast());
-  const auto relative = [&](double d) { return mean > 0 ? d * share / mean : 0.0; };
-  pilot.direct = {at.direct, relative(difference(a.direct, b.direct, areas)), direct_rays};
-  pilot.indirect = {at.indirect, relative(difference(a.indirect, b.indirect, areas)),
-                    gather_rays + solve_rays};
+  // The difference has the error of both runs.
+  const auto relative = [&](double d, const accuracy::Growth& growth) {
+    return mean > 0 ? d / std::hypot(1, std::pow(kApart, growth.error)) / mean : 0.0;
+  };
+  pilot.direct = {at.direct,
+                  relative(difference(a.direct, b.direct, areas), accuracy::kDirectGrowth),
+                  direct_rays, accuracy::kDirectGrowth};
+  pilot.indirect = {at.indirect,
+                    relative(difference(a.indirect, b.indirect, areas), accuracy::kIndirectGrowth),
+                    gather_rays + solve_rays, accuracy::kIndirectGrowth};
   // Stages: radiosity and gather of the rough run, then of the fine one.
   pilot.solve_seconds = own.stages()[2].seconds;
   pilot.direct_seconds = fine.baked.direct_seconds * whole;
   pilot.gather_seconds = (own.stages()[3].seconds - fine.baked.direct_seconds) * whole;
-  LB_ASSIGN_OR_RETURN(pilot.seconds_a_path, seconds_a_path(options, p, places, fine, progress));
+  const double rays = pilot.direct.cost + pilot.indirect.cost;
+  LB_ASSIGN_OR_RETURN(const PilotTruth truth,
+                      judge_pilot(options, p, places, fine, selected,
+                                  static_cast<std::uint64_t>(
+                                      kShareOfPaths * static_cast<double>(path_budget(p, rays))),
+                                  progress));
+  pilot.seconds_a_path = truth.seconds_a_path;
+  // What both runs get wrong alike does not show in their difference.
+  const double known = std::hypot(pilot.direct.error, pilot.indirect.error);
+  if (known > 0) {
+    pilot.excess = std::clamp(0.5 * (truth.low + truth.error) / known, 1.0, kMostExcess);
+    pilot.direct.error *= pilot.excess;
+    pilot.indirect.error *= pilot.excess;
+  }
   pilot.own_seconds = own.seconds();
   return pilot;
 }
@@ -150,15 +172,17 @@ double error_at(const Pilot& pilot, const Rungs& rungs) {
 }
 
 double rays_at(const Pilot& pilot, const Rungs& rungs) {
-  return accuracy::cost_at(pilot.direct, rungs.direct, accuracy::kDirectPower) +
-         accuracy::cost_at(pilot.indirect, rungs.indirect, accuracy::kIndirectPower);
+  return accuracy::cost_at(pilot.direct, rungs.direct) +
+         accuracy::cost_at(pilot.indirect, rungs.indirect);
 }
 
 double seconds_at(const Pilot& pilot, const Rungs& rungs) {
-  const double indirect = std::pow(pilot.indirect.rung / rungs.indirect, accuracy::kIndirectPower);
-  const double direct = std::pow(pilot.direct.rung / rungs.direct, accuracy::kDirectPower);
-  return (pilot.own_seconds + pilot.solve_seconds + pilot.gather_seconds) * indirect +
-         pilot.direct_seconds * direct;
+  const auto times = [](const accuracy::PartPilot& part, double rung) {
+    return part.cost > 0 ? accuracy::cost_at(part, rung) / part.cost : 1.0;
+  };
+  return (pilot.own_seconds + pilot.solve_seconds + pilot.gather_seconds) *
+             times(pilot.indirect, rungs.indirect) +
+         pilot.direct_seconds * times(pilot.direct, rungs.direct);
 }
 
 }  // namespace lightbatch::pipeline

@@ -8,6 +8,8 @@ namespace lightbatch::pipeline {
 /// What baking a small share of the texels told about the whole.
 struct Pilot {
   accuracy::PartPilot direct, indirect;
+  /// Measured error over that from the runs' difference; in the parts' errors already.
+  double excess = 1;
   /// Wall seconds of the whole map at the pilot's rungs, and of the pilot itself.
   double solve_seconds = 0, direct_seconds = 0, gather_seconds = 0;
   double own_seconds = 0;
@@ -15,7 +17,7 @@ struct Pilot {
 };
 
 /// Light of a fixed small share of the texels at `at` and once more at twice its errors, from other
-/// random numbers. The difference is the error of both: settings of half the error have half of it.
+/// random numbers. Their difference tells the error of both, path tracing what is wrong in both.
 /// Apart from the seconds, the same on every run. CANCELLED.
 Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
                         const accuracy::Rungs& at, const Progress& progress);

@@ -256,6 +256,7 @@ Json report_expected(const Tuned& tuned) {
     return Json{{"error", accuracy::error_at(pilot, rung)}, {"rung", rung}};
   };
   return {{"error", error_at(tuned.pilot, tuned.rungs)},
+          {"excess", tuned.pilot.excess},
           {"direct", part(tuned.pilot.direct, tuned.rungs.direct)},
           {"indirect", part(tuned.pilot.indirect, tuned.rungs.indirect)}};
 }

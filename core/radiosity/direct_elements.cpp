@@ -116,8 +116,9 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
           }
         }
         if (emitters) {
-          const EmitterTerms terms = input.direct.emitter_terms(
-              at, item_seed(options.seed, e, 100 + static_cast<std::uint64_t>(s)), rays);
+          const float turn = static_cast<float>(s) / static_cast<float>(samples);
+          const EmitterTerms terms =
+              input.direct.emitter_terms(at, {item_seed(options.seed, e, 100), turn}, rays);
           if (terms.count > 0) {
             const VisibilitySum seen = input.direct.emitter_visibility(
                 at, terms, 2, 2 * static_cast<std::uint32_t>(s),

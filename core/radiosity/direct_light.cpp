@@ -57,6 +57,12 @@ Bound bound_of(const Aabb& box, float power, const Receiver& at) {
   return {importance, importance * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
 }
 
+/// A random number moved on in [0, 1), round its end.
+float turned(float random, float turn) {
+  const float sum = random + turn;
+  return std::min(sum < 1 ? sum : sum - 1, 0x1.fffffep-1f);
+}
+
 /// A point of an emitter and what it brings to the receiver: cosine at the receiver over the
 /// density per solid angle, sr; 0: nothing.
 struct EmitterSample {
@@ -125,8 +131,8 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
   return blocked ? Rgb{} : filter.transmittance();
 }
 
-EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed, RayCounts& counts,
-                                        float negligible) const {
+EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice,
+                                        RayCounts& counts, float negligible) const {
   EmitterTerms terms;
   const auto& emitters = sources_->emitters();
   const auto add = [&](std::uint32_t index, float scale) {
@@ -147,38 +153,39 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, std::uint64_t seed, 
   struct Node {
     Hierarchy::NodeId id;
     Bound bound;
+    bool operator<(const Node& o) const { return bound.uncertainty < o.bound.uncertainty; }
   };
   const Hierarchy& tree = sources_->emitter_tree();
-  std::array<Node, EmitterTerms::kCapacity> cut;
+  std::array<Node, EmitterTerms::kCapacity> cut;  // a heap
   std::size_t size = 0;
   float sum = 0;
+  const auto heap_end = [&] { return cut.begin() + static_cast<std::ptrdiff_t>(size); };
   const auto push = [&](Hierarchy::NodeId id) {
     Bound bound = bound_of(tree.box(id), sources_->power(id), at);
     if (bound.importance <= 0) return;
     if (tree.is_leaf(id)) bound.uncertainty = 0;
     cut[size++] = {id, bound};
+    std::push_heap(cut.begin(), heap_end());
     sum += bound.importance;
   };
   push(0);
-  while (size > 0 && size < EmitterTerms::kCapacity) {
-    std::size_t worst = 0;
-    for (std::size_t i = 1; i < size; ++i) {
-      if (cut[i].bound.uncertainty > cut[worst].bound.uncertainty) worst = i;
-    }
-    if (cut[worst].bound.uncertainty <= std::max(kCutTolerance * sum, negligible)) break;
-    const Hierarchy::NodeId id = cut[worst].id;
-    sum -= cut[worst].bound.importance;
-    cut[worst] = cut[--size];
-    push(tree.left(id));
-    push(tree.right(id));
+  while (size > 0 && size < EmitterTerms::kCapacity &&
+         cut[0].bound.uncertainty > std::max(kCutTolerance * sum, negligible)) {
+    const Node widest = cut[0];
+    std::pop_heap(cut.begin(), heap_end());
+    --size;
+    sum -= widest.bound.importance;
+    push(tree.left(widest.id));
+    push(tree.right(widest.id));
   }
-  Random random(seed);
+  Random random(choice.seed);
   for (std::size_t i = 0; i < size; ++i) {
     if (tree.is_leaf(cut[i].id)) {
       add(tree.primitive(tree.first(cut[i].id)), 1.0f);
     } else {
       const float power = sources_->power(cut[i].id);
-      const std::uint32_t picked = sources_->pick(cut[i].id, random.next_float());
+      const std::uint32_t picked =
+          sources_->pick(cut[i].id, turned(random.next_float(), choice.turn));
       const float own = emitters[picked].power;
       if (own > 0) add(picked, power / own);
     }

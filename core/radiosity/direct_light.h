@@ -46,7 +46,7 @@ struct Receiver {
 /// (Lambert) for each emitter that matters, and for the rest a cut through the emitter tree with
 /// one emitter picked by power under each node (Walter et al. 2005, with exact leaves).
 struct EmitterTerms {
-  static constexpr std::size_t kCapacity = 32;
+  static constexpr std::size_t kCapacity = 128;
   struct Term {
     std::uint32_t emitter = 0;
     Rgb irradiance;    // unoccluded, lux
@@ -88,9 +88,15 @@ class DirectLight {
   const LightSources& sources() const { return *sources_; }
   float lift() const { return lift_; }
 
-  /// seed picks the representatives of cut nodes; irrelevant while all emitters are leaves.
+  /// What picks the representatives of cut nodes; irrelevant while all emitters are leaves.
+  struct CutChoice {
+    std::uint64_t seed = 0;
+    /// In [0, 1): i / n for the i-th of n points that share a seed deals each node's emitters to
+    /// them evenly, in the tree's order, which is one of place.
+    float turn = 0;
+  };
   /// Nodes that are unsure by less than `negligible` lux (channel sum) are not opened.
-  EmitterTerms emitter_terms(const Receiver& at, std::uint64_t seed, RayCounts& counts,
+  EmitterTerms emitter_terms(const Receiver& at, const CutChoice& choice, RayCounts& counts,
                              float negligible = 0) const;
 
   /// Casts `rays` shadow rays to points of the emitters, chosen by what each term brings; sample

@@ -115,6 +115,7 @@ int main(int argc, char** argv) {
     std::printf("indirect: error %.3f %% at rung %.3f %%, read at %.3f %%; cost %.3g rays\n",
                 100 * tuned->pilot.indirect.error, 100 * tuned->pilot.indirect.rung,
                 100 * rungs.indirect, tuned->pilot.indirect.cost);
+    std::printf("excess %.2f\n", tuned->pilot.excess);
     std::printf("expected %.3f %%, %.2f s\n", 100 * pipeline::error_at(tuned->pilot, rungs),
                 pipeline::seconds_at(tuned->pilot, rungs));
   }

@@ -8,38 +8,41 @@ namespace lightbatch::accuracy {
 namespace {
 
 double price(const PartPilot& direct, const PartPilot& indirect, double d, double n) {
-  return cost_at(direct, d, kDirectPower) + cost_at(indirect, n, kIndirectPower);
+  return cost_at(direct, d) + cost_at(indirect, n);
 }
 
 TEST(Tuning, TheChoiceUsesUpWhatIsAllowed) {
-  const PartPilot direct{0.02, 0.01, 1e6}, indirect{0.02, 0.03, 2e7};
+  const PartPilot direct{0.02, 0.01, 1e6, kDirectGrowth};
+  const PartPilot indirect{0.02, 0.03, 2e7, kIndirectGrowth};
   const Rungs rungs = choose_rungs(0.02, 0.015, direct, indirect);
-  // Errors are proportional to rungs by the model: equality up to rounding.
+  // By the model exactly; equality up to rounding.
   EXPECT_NEAR(std::hypot(error_at(direct, rungs.direct), error_at(indirect, rungs.indirect)), 0.015,
               1e-12);
 }
 
 TEST(Tuning, NoOtherSplitIsCheaper) {
-  const PartPilot direct{0.02, 0.01, 1e6}, indirect{0.02, 0.03, 2e7};
+  const PartPilot direct{0.02, 0.01, 1e6, kDirectGrowth};
+  const PartPilot indirect{0.02, 0.03, 2e7, kIndirectGrowth};
   const double allowed = 0.015;
   const Rungs best = choose_rungs(0.02, allowed, direct, indirect);
   const double least = price(direct, indirect, best.direct, best.indirect);
   for (int i = 1; i < 100; ++i) {
     const double share = i / 100.0;
-    const double d = direct.rung * allowed * std::sqrt(share) / direct.error;
-    const double n = indirect.rung * allowed * std::sqrt(1 - share) / indirect.error;
+    const double d = rung_for(direct, allowed * std::sqrt(share));
+    const double n = rung_for(indirect, allowed * std::sqrt(1 - share));
     EXPECT_GE(price(direct, indirect, d, n), least * (1 - 1e-9)) << share;
   }
 }
 
 TEST(Tuning, APartWithoutErrorIsReadCoarsely) {
-  const Rungs rungs = choose_rungs(0.02, 0.015, {0.02, 0, 0}, {0.02, 0.03, 2e7});
+  const Rungs rungs = choose_rungs(0.02, 0.015, {0.02, 0, 0, {1, 1}}, {0.02, 0.03, 2e7, {1, 1}});
   EXPECT_EQ(rungs.direct, kCoarsestRung);
   EXPECT_NEAR(rungs.indirect, 0.01, 1e-12);
 }
 
 TEST(Tuning, StaysOnTheLadder) {
-  const Rungs hopeless = choose_rungs(0.02, 1e-9, {0.02, 0.5, 1e6}, {0.02, 0.5, 1e6});
+  const Rungs hopeless =
+      choose_rungs(0.02, 1e-9, {0.02, 0.5, 1e6, {1, 1}}, {0.02, 0.5, 1e6, {1, 1}});
   EXPECT_EQ(hopeless.direct, kFinestRung);
   EXPECT_EQ(hopeless.indirect, kFinestRung);
 }

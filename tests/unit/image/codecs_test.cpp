@@ -266,11 +266,11 @@ TEST(Exr, HalfRoundTripsWithinHalfPrecision) {
                         std::exp(static_cast<float>(x) * 0.3f)};
     }
   }
-  image.at(3, 3) = {1e9f, -1e9f, 0.0f};  // beyond half: clamped
+  image.at(3, 3) = {65504.0f, -65504.0f, 0.0f};  // the largest of half
   std::vector<float> alpha(image.pixels.size(), 0.25f);
-  const auto bytes = encode_exr_half(image, alpha);
+  const auto bytes = encode_exr(image, alpha);
   ASSERT_TRUE(bytes.ok());
-  EXPECT_EQ(*bytes, *encode_exr_half(image, alpha));
+  EXPECT_EQ(*bytes, *encode_exr(image, alpha));
   EXPECT_EQ(detect_format(*bytes), Format::kExr);
   const auto decoded = decode_image_rgb(*bytes, "page.exr");
   ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
@@ -280,16 +280,26 @@ TEST(Exr, HalfRoundTripsWithinHalfPrecision) {
     for (const auto& [want, got] : {std::pair{image.pixels[i].r, decoded->pixels[i].r},
                                     std::pair{image.pixels[i].g, decoded->pixels[i].g},
                                     std::pair{image.pixels[i].b, decoded->pixels[i].b}}) {
-      const float clamped = std::clamp(want, -65504.0f, 65504.0f);
       // Half has 11 significant bits: half a unit of the last one.
-      EXPECT_NEAR(got, clamped, std::abs(clamped) * 0x1p-11f + 1e-7f);
+      EXPECT_NEAR(got, want, std::abs(want) * 0x1p-11f + 1e-7f);
     }
   }
-  EXPECT_FALSE(encode_exr_half(image, std::vector<float>(3)).ok());
+  EXPECT_FALSE(encode_exr(image, std::vector<float>(3)).ok());
+}
+
+TEST(Exr, FloatWhereHalfDoesNotReach) {
+  ImageRgb image(5, 2);
+  image.at(1, 0) = {100'000.0f, 65504.0f, 1e-9f};
+  image.at(4, 1) = {0.1f, 3e30f, 65505.0f};
+  const auto bytes = encode_exr(image, {});
+  ASSERT_TRUE(bytes.ok());
+  const auto decoded = decode_image_rgb(*bytes, "sun.exr");
+  ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
+  EXPECT_EQ(decoded->pixels, image.pixels);
 }
 
 TEST(Exr, TruncationAndDamageNeverCrash) {
-  const auto bytes = encode_exr_half(ImageRgb(8, 8), {});
+  const auto bytes = encode_exr(ImageRgb(8, 8), {});
   ASSERT_TRUE(bytes.ok());
   for (std::size_t size = 0; size + 1 < bytes->size(); ++size) {
     EXPECT_FALSE(decode_image_rgb(std::span(*bytes).first(size), "cut.exr").ok()) << size;

@@ -1,0 +1,105 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/base/random.h"
+#include "core/optics/duplicates.h"
+#include "core/radiosity/direct_light.h"
+#include "core/radiosity/polygon_form_factor.h"
+#include "tests/unit/accuracy/scene_kit.h"
+
+namespace lightbatch::radiosity {
+namespace {
+
+using accuracy::SceneKit;
+
+/// Two thousand small lamps of random facing in a slab above the receiver, nothing between.
+struct ManyLamps {
+  SceneKit kit;
+  Receiver at;
+  double exact = 0;  // lux, by the exact factor of every triangle
+
+  ManyLamps() {
+    const std::uint32_t lamp = kit.material(Rgb{}, {300, 300, 300});
+    Random random(11);
+    const auto point = [&](float size) {
+      return Vec3f{random.next_float() - 0.5f, random.next_float() - 0.5f,
+                   random.next_float() - 0.5f} *
+             size;
+    };
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3f c = point(6) * 1.0f + Vec3f{0, 4.2f, 0};
+      const Vec3f u = point(0.1f), v = point(0.1f);
+      kit.quad({c, c + u, c + u + v, c + v}, lamp);
+    }
+    kit.finish();
+    at.frame.position = at.frame.origin = {0.1f, 0, 0.2f};
+    at.frame.normal = {0, 1, 0};
+    for (std::uint32_t t = 0; t < kit.scene().triangles.size(); ++t) {
+      exact += std::numbers::pi * 300 *
+               point_to_triangle(to_double(at.frame.position), {0, 1, 0}, kit.scene().corners(t));
+    }
+  }
+};
+
+// The mean of 60,000 samples; their spread is about three times the mean, so 1.3 % is one standard
+// error and 4 % three.
+TEST(Emitters, OneAtRandomIsRightInTheMean) {
+  ManyLamps lamps;
+  const LightSources sources(lamps.kit.scene(), lamps.kit.optics(), {});
+  const DirectLight direct(lamps.kit.optics(), lamps.kit.caster(), sources, false);
+  for (const float worth : {0.0f, static_cast<float>(4 * lamps.exact)}) {
+    Random random(5);
+    double sum = 0;
+    constexpr int kSamples = 60'000;
+    for (int i = 0; i < kSamples; ++i) {
+      RayCounts counts;
+      const double pick = random.next_double();
+      const Vec2f on{random.next_float(), random.next_float()};
+      sum += static_cast<double>(direct.sampled_emitters(lamps.at, worth, pick, on, counts).g);
+    }
+    EXPECT_NEAR(sum / kSamples / lamps.exact, 1, 0.04) << worth;
+  }
+}
+
+// Sixteen points that share the cut's emitters out between them, against sixteen at random.
+TEST(Emitters, DealtOutTheyAreLessNoisy) {
+  ManyLamps lamps;
+  const LightSources sources(lamps.kit.scene(), lamps.kit.optics(), {});
+  const DirectLight direct(lamps.kit.optics(), lamps.kit.caster(), sources, false);
+  double dealt = 0, random = 0;
+  constexpr int kRuns = 60, kPoints = 16;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
+    double dealt_sum = 0, random_sum = 0;
+    for (std::uint64_t i = 0; i < kPoints; ++i) {
+      RayCounts counts;
+      const auto turn = static_cast<float>(i) / kPoints;
+      const auto sum_of = [&](const DirectLight::CutChoice& choice) {
+        return static_cast<double>(direct.emitter_terms(lamps.at, choice, counts).total.g);
+      };
+      dealt_sum += sum_of({run, turn}) / kPoints;
+      random_sum += sum_of({item_seed(run, i), 0}) / kPoints;
+    }
+    dealt += std::pow(dealt_sum / lamps.exact - 1, 2) / kRuns;
+    random += std::pow(random_sum / lamps.exact - 1, 2) / kRuns;
+  }
+  EXPECT_LT(std::sqrt(dealt), 0.01);
+  EXPECT_LT(dealt, random / 2);
+}
+
+TEST(Emitters, ALampAtTheSamePlaceTwiceShinesOnce) {
+  SceneKit kit;
+  const std::uint32_t lamp = kit.material(Rgb{}, {300, 300, 300});
+  const std::array<Vec3f, 4> up{Vec3f{0, 0, 0}, {0, 0, 1}, {1, 0, 1}, {1, 0, 0}};
+  const std::array<Vec3f, 4> down{up[3], up[2], up[1], up[0]};
+  for (const auto& corners : {up, up, down}) kit.quad(corners, lamp);
+  kit.finish();
+  const std::vector<std::uint32_t> all{0, 1, 2, 3, 4, 5};
+  EXPECT_EQ(optics::hidden_duplicates(kit.scene(), all), (std::vector<std::uint32_t>{2, 3}));
+  for (const std::uint32_t t : {0u, 1u, 4u, 5u}) EXPECT_TRUE(kit.optics().emits(t)) << t;
+  for (const std::uint32_t t : {2u, 3u}) EXPECT_FALSE(kit.optics().emits(t)) << t;
+}
+
+}  // namespace
+}  // namespace lightbatch::radiosity
