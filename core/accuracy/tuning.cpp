@@ -18,6 +18,20 @@ double rung_for(const PartPilot& pilot, double error) {
                          : kCoarsestRung;
 }
 
+Growth growth_between(const PartPilot& coarse, const PartPilot& fine) {
+  constexpr double kApart = 1.5;
+  Growth growth = fine.growth;
+  if (!(fine.rung > 0) || coarse.rung < kApart * fine.rung) return growth;
+  const double rungs = std::log(coarse.rung / fine.rung);
+  if (coarse.error > 0 && fine.error > 0) {
+    growth.error = std::clamp(std::log(coarse.error / fine.error) / rungs, 0.5, 1.1);
+  }
+  if (coarse.cost > 0 && fine.cost > 0) {
+    growth.cost = std::clamp(std::log(fine.cost / coarse.cost) / rungs, 0.7, 1.8);
+  }
+  return growth;
+}
+
 Rungs choose_rungs(double target, double allowed, const PartPilot& direct,
                    const PartPilot& indirect) {
   const auto within = [](double rung) { return std::clamp(rung, kFinestRung, kCoarsestRung); };

@@ -24,6 +24,11 @@ struct PartPilot {
   Growth growth;
 };
 
+/// How a part grows on this scene, from pilots at a coarse and a fine rung; what they cannot tell
+/// (rungs less than a factor of 1.5 apart, no error) stays as it is in `fine`. Within [0.5, 1.1]
+/// and [0.7, 1.8], beyond which noise speaks.
+Growth growth_between(const PartPilot& coarse, const PartPilot& fine);
+
 /// The cheapest rungs whose errors add (in squares) to `allowed`; at the optimum the squares stand
 /// as cost times growth.cost / growth.error (Lagrange). Each within the ladder. A part without
 /// error is read at the coarsest rung.

@@ -56,13 +56,16 @@ struct BakeCounts {
   radiosity::RayCounts rays;
   std::uint64_t texels = 0;
   std::uint64_t computed_texels = 0;  // gathered, the rest shared
-  std::uint64_t refined_texels = 0;   // direct light refined
+  std::uint64_t border_texels =
+      0;  // of computed ones: not selected, but corners of blocks that are
+  std::uint64_t refined_texels = 0;  // direct light refined
   std::uint64_t deeper_gathers = 0;
 
   BakeCounts& operator+=(const BakeCounts& o) {
     rays += o.rays;
     texels += o.texels;
     computed_texels += o.computed_texels;
+    border_texels += o.border_texels;
     refined_texels += o.refined_texels;
     deeper_gathers += o.deeper_gathers;
     return *this;

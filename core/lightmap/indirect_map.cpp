@@ -165,13 +165,10 @@ class IndirectMap {
     return blocks;
   }
 
-  /// Selected blocks are selected whole; borders are shared with unselected ones, so that the
-  /// inside is what tells.
+  /// Blocks are selected whole; their first row and column belong to the blocks before them.
   bool any_selected(const Block& b) const {
-    const int x_end = std::max(b.x1, b.x0 + 1);
-    const int y_end = std::max(b.y1, b.y0 + 1);
-    for (int y = b.y0; y < y_end; ++y) {
-      for (int x = b.x0; x < x_end; ++x) {
+    for (int y = b.y0 + 1; y <= b.y1; ++y) {
+      for (int x = b.x0 + 1; x <= b.x1; ++x) {
         const std::uint32_t t = texel_at(b, x, y);
         if (t != scene::kNone) return (*input_.selected)[t] != 0;
       }
@@ -215,6 +212,9 @@ class IndirectMap {
     });
     for (const BakeCounts& c : block) counts_ += c;
     counts_.computed_texels += wanted.size();
+    for (const std::uint32_t t : wanted) {
+      if (input_.selected != nullptr && (*input_.selected)[t] == 0) ++counts_.border_texels;
+    }
     computed_so_far_ += wanted.size();
     progress_.report("gather", static_cast<double>(computed_so_far_) /
                                    static_cast<double>(std::max<std::size_t>(1, state_.size())));

@@ -30,6 +30,9 @@ constexpr int kViewHeight = 600;
 /// Levels shown in the report of a bake.
 constexpr int kReportLevels[] = {3, 6, 9, 13};
 
+/// Of a time budget: no second pilot is started after it.
+constexpr double kPilotShare = 0.15;
+
 /// All that a bake makes before it writes.
 struct Made {
   LightmapPlaces places;
@@ -42,14 +45,17 @@ struct Made {
 Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& report,
                   StageClock& clock, const Progress& progress) {
   LB_ASSIGN_OR_RETURN(made.places, make_places(options, p, clock, progress));
+  Tuned tuned;
   if (options.time_budget > 0) {
-    LB_ASSIGN_OR_RETURN(const std::vector<Price> prices,
-                        quote(options, p, made.places, clock, progress));
-    p.target_error = error_for_time(prices, options.time_budget);
-    report["quote"] = report_quote(prices);
+    LB_ASSIGN_OR_RETURN(const Quote quoted, quote(options, p, made.places, clock, progress,
+                                                  kPilotShare * options.time_budget));
+    p.target_error = error_for_time(quoted.prices, options.time_budget - clock.seconds());
+    report["quote"] = report_quote(quoted.prices);
+    tuned = tuned_from(quoted, p.target_error);
+  } else {
+    clock.start("pilot");
+    LB_ASSIGN_OR_RETURN(tuned, tune(options, p, made.places, p.target_error, progress));
   }
-  clock.start("pilot");
-  LB_ASSIGN_OR_RETURN(const Tuned tuned, tune(options, p, made.places, p.target_error, progress));
   report["expected"] = report_expected(tuned);
   const accuracy::BakeSettings settings =
       accuracy::settings_for(tuned.rungs, measure_for_settings(p, made.places), options.seed);

@@ -17,7 +17,7 @@ constexpr double kFewestTexels = 2500;
 constexpr double kMostTexels = 10000;
 /// The error aimed at, against the target: the pilot's own error and the certificate's must fit
 /// between.
-constexpr double kAim = 0.65;
+constexpr double kAim = 0.75;
 /// No part is read at a coarser rung than this many targets, nor at a finer one than this share:
 /// what has not fallen by then does not fall with rays.
 constexpr double kLeastCare = 4;
@@ -108,8 +108,15 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
   const Parts a = parts_of(rough, selected), b = parts_of(fine, selected);
   const double mean = mean_of(b, areas);
   const double direct_rays = static_cast<double>(fine.baked.direct_rays) * whole;
+  // Corners of the pilot's blocks belong to blocks beside it too: all of them share, the pilot
+  // cannot.
+  const auto& counts = fine.baked.counts;
+  const double shared = counts.computed_texels > 0
+                            ? static_cast<double>(counts.computed_texels - counts.border_texels) /
+                                  static_cast<double>(counts.computed_texels)
+                            : 1.0;
   const double gather_rays =
-      static_cast<double>(fine.baked.counts.rays.cast() - fine.baked.direct_rays) * whole;
+      static_cast<double>(counts.rays.cast() - fine.baked.direct_rays) * whole * shared;
   const double solve_rays = static_cast<double>(fine.radiosity.rays.cast());
   // The difference has the error of both runs.
   const auto relative = [&](double d, const accuracy::Growth& growth) {
@@ -124,7 +131,7 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
   // Stages: radiosity and gather of the rough run, then of the fine one.
   pilot.solve_seconds = own.stages()[2].seconds;
   pilot.direct_seconds = fine.baked.direct_seconds * whole;
-  pilot.gather_seconds = (own.stages()[3].seconds - fine.baked.direct_seconds) * whole;
+  pilot.gather_seconds = (own.stages()[3].seconds - fine.baked.direct_seconds) * whole * shared;
   const double rays = pilot.direct.cost + pilot.indirect.cost;
   LB_ASSIGN_OR_RETURN(const PilotTruth truth,
                       judge_pilot(options, p, places, fine, selected,
@@ -157,6 +164,7 @@ Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapP
   tuned.rungs = {target, target, target};
   for (int round = 0; round < 2; ++round) {
     LB_ASSIGN_OR_RETURN(tuned.pilot, run_pilot(options, p, places, tuned.rungs, progress));
+    tuned.seconds += tuned.pilot.own_seconds;
     const Rungs before = tuned.rungs;
     tuned.rungs = rungs_for(tuned.pilot, target);
     if (near(before.direct, tuned.rungs.direct) && near(before.indirect, tuned.rungs.indirect)) {
@@ -180,8 +188,7 @@ double seconds_at(const Pilot& pilot, const Rungs& rungs) {
   const auto times = [](const accuracy::PartPilot& part, double rung) {
     return part.cost > 0 ? accuracy::cost_at(part, rung) / part.cost : 1.0;
   };
-  return (pilot.own_seconds + pilot.solve_seconds + pilot.gather_seconds) *
-             times(pilot.indirect, rungs.indirect) +
+  return (pilot.solve_seconds + pilot.gather_seconds) * times(pilot.indirect, rungs.indirect) +
          pilot.direct_seconds * times(pilot.direct, rungs.direct);
 }
 

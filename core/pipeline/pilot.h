@@ -30,6 +30,7 @@ accuracy::Rungs rungs_for(const Pilot& pilot, double target);
 struct Tuned {
   accuracy::Rungs rungs;
   Pilot pilot;
+  double seconds = 0;  // wall, of all its pilots
 };
 Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
                    double target, const Progress& progress);
@@ -38,7 +39,7 @@ Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapP
 double error_at(const Pilot& pilot, const accuracy::Rungs& rungs);
 /// Rays of the bake at other rungs.
 double rays_at(const Pilot& pilot, const accuracy::Rungs& rungs);
-/// Wall seconds of pilot, first stage and texels at other rungs.
+/// Wall seconds of first stage and texels at other rungs.
 double seconds_at(const Pilot& pilot, const accuracy::Rungs& rungs);
 
 }  // namespace lightbatch::pipeline

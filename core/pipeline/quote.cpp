@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/pipeline/certify_stage.h"
-#include "core/pipeline/pilot.h"
 
 namespace lightbatch::pipeline {
 namespace {
@@ -19,44 +18,63 @@ constexpr double kWritePerTexel = 6e-7;
 /// A certificate stops between half of its budget and the whole.
 constexpr double kSpentPaths = 0.7;
 
+/// The pilot that a target is priced from.
+const Tuned& pilot_for(const std::vector<Tuned>& pilots, double target) {
+  return target >= kPiloted[0] || pilots.size() == 1 ? pilots.front() : pilots.back();
+}
+
 }  // namespace
 
-Result<std::vector<Price>> quote(const JobOptions& options, const Prepared& p,
-                                 const LightmapPlaces& places, StageClock& clock,
-                                 const Progress& progress) {
+Result<Quote> quote(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
+                    StageClock& clock, const Progress& progress, double patience) {
+  Quote quote;
   const double before = clock.seconds();
   const double after = kWritePerTriangle * static_cast<double>(p.scene->triangles.size()) +
                        kWritePerTexel * static_cast<double>(places.texels.texels.size());
   clock.start("pilot");
-  std::vector<Tuned> tuned;
   for (const double target : kPiloted) {
+    if (!quote.pilots.empty() && clock.seconds() > patience) break;
     LB_ASSIGN_OR_RETURN(Tuned t, tune(options, p, places, target, progress));
-    tuned.push_back(std::move(t));
+    quote.pilots.push_back(std::move(t));
   }
   clock.stop();
-  std::vector<Price> prices;
+  if (quote.pilots.size() > 1) {
+    const Pilot& coarse = quote.pilots.front().pilot;
+    Pilot& fine = quote.pilots.back().pilot;
+    fine.direct.growth = accuracy::growth_between(coarse.direct, fine.direct);
+    fine.indirect.growth = accuracy::growth_between(coarse.indirect, fine.indirect);
+  }
   for (const double target : kQuotedErrors) {
-    const bool coarse = target >= kPiloted[0];
-    const Pilot& pilot = tuned[coarse ? 0 : 1].pilot;
+    const Tuned& tuned = pilot_for(quote.pilots, target);
+    const Pilot& pilot = tuned.pilot;
     const accuracy::Rungs rungs = rungs_for(pilot, target);
     const double paths = kSpentPaths * static_cast<double>(path_budget(p, rays_at(pilot, rungs)));
-    prices.push_back({target, error_at(pilot, rungs),
-                      before + seconds_at(pilot, rungs) + paths * pilot.seconds_a_path + after});
+    const double rest = seconds_at(pilot, rungs) + paths * pilot.seconds_a_path + after;
+    // A pilot starts at its target's own rungs.
+    const double own =
+        tuned.seconds * std::pow(tuned.rungs.target / target, pilot.indirect.growth.cost);
+    quote.prices.push_back({target, error_at(pilot, rungs), before + own + rest, rest});
   }
-  return prices;
+  return quote;
 }
 
 double error_for_time(const std::vector<Price>& prices, double seconds) {
   double best = prices.front().target;
   for (std::size_t i = 0; i < prices.size(); ++i) {
-    if (prices[i].seconds <= seconds) best = prices[i].target;
-    if (i + 1 < prices.size() && prices[i].seconds <= seconds && seconds < prices[i + 1].seconds) {
-      const double t = std::log(seconds / prices[i].seconds) /
-                       std::log(prices[i + 1].seconds / prices[i].seconds);
-      best = prices[i].target * std::pow(prices[i + 1].target / prices[i].target, t);
+    const Price& price = prices[i];
+    if (price.rest <= seconds) best = price.target;
+    if (i + 1 < prices.size() && price.rest <= seconds && seconds < prices[i + 1].rest) {
+      const double t = std::log(seconds / price.rest) / std::log(prices[i + 1].rest / price.rest);
+      best = price.target * std::pow(prices[i + 1].target / price.target, t);
     }
   }
   return best;
+}
+
+Tuned tuned_from(const Quote& quote, double target) {
+  Tuned tuned = pilot_for(quote.pilots, target);
+  tuned.rungs = rungs_for(tuned.pilot, target);
+  return tuned;
 }
 
 }  // namespace lightbatch::pipeline

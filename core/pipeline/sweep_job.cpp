@@ -30,15 +30,15 @@ Result<JobOutcome> run_quote(const JobOptions& options, const JobInput& input,
   StageClock clock;
   LB_ASSIGN_OR_RETURN(const Prepared p, prepare(options, input, clock, progress));
   LB_ASSIGN_OR_RETURN(const LightmapPlaces places, make_places(options, p, clock, progress));
-  LB_ASSIGN_OR_RETURN(const std::vector<Price> prices, quote(options, p, places, clock, progress));
+  LB_ASSIGN_OR_RETURN(const Quote quoted, quote(options, p, places, clock, progress));
   Json report = report_head(options, input, p);
-  report["quote"] = report_quote(prices);
+  report["quote"] = report_quote(quoted.prices);
   report_stages(report, clock);
   Artifacts artifacts(output);
   LB_RETURN_IF_ERROR(artifacts.add("quote.json", report.dump(1) + "\n"));
   LB_RETURN_IF_ERROR(artifacts.add("quote.html", report::html(report, {})));
   std::string summary = "error      expected   time\n";
-  for (const Price& price : prices) {
+  for (const Price& price : quoted.prices) {
     char line[128];
     char measured[32] = "-";
     if (price.error > 0) std::snprintf(measured, sizeof measured, "%.2f %%", 100 * price.error);

@@ -40,6 +40,20 @@ TEST(Tuning, APartWithoutErrorIsReadCoarsely) {
   EXPECT_NEAR(rungs.indirect, 0.01, 1e-12);
 }
 
+TEST(Tuning, GrowthComesFromTwoPilots) {
+  // Error x0.5 and cost x3 for a rung x0.4.
+  const Growth g =
+      growth_between({0.1, 0.06, 1e6, kIndirectGrowth}, {0.04, 0.03, 3e6, kIndirectGrowth});
+  EXPECT_NEAR(g.error, std::log(2) / std::log(2.5), 1e-12);
+  EXPECT_NEAR(g.cost, std::log(3) / std::log(2.5), 1e-12);
+  // Too near each other, or nothing to divide: as before.
+  EXPECT_EQ(growth_between({0.05, 0.06, 1e6, {}}, {0.04, 0.03, 3e6, kIndirectGrowth}).error,
+            kIndirectGrowth.error);
+  EXPECT_EQ(growth_between({0.1, 0, 1e6, {}}, {0.04, 0.03, 3e6, kIndirectGrowth}).error,
+            kIndirectGrowth.error);
+  EXPECT_EQ(growth_between({0.1, 9, 1e6, {}}, {0.04, 0.03, 3e6, {}}).error, 1.1);
+}
+
 TEST(Tuning, StaysOnTheLadder) {
   const Rungs hopeless =
       choose_rungs(0.02, 1e-9, {0.02, 0.5, 1e6, {1, 1}}, {0.02, 0.5, 1e6, {1, 1}});
