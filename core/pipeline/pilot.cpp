@@ -18,8 +18,9 @@ constexpr double kMostTexels = 10000;
 /// The error aimed at, against the target: the pilot's own error and the certificate's must fit
 /// between.
 constexpr double kAim = 0.75;
-/// No part is read at a coarser rung than this many targets, nor at a finer one than this share:
-/// what has not fallen by then does not fall with rays.
+/// Indirect light is read at a rung of this many targets at most, direct light at the target's own:
+/// edges of shadows are few, so that a map's error hardly knows of them, but they are looked at. No
+/// part is read at a finer rung than the share: what has not fallen by then does not fall with rays.
 constexpr double kLeastCare = 4;
 constexpr double kMostCare = 1.0 / 12;
 /// A choice within this factor of the pilot's rung is believed.
@@ -152,7 +153,7 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
 
 Rungs rungs_for(const Pilot& pilot, double target) {
   Rungs rungs = accuracy::choose_rungs(target, kAim * target, pilot.direct, pilot.indirect);
-  rungs.direct = std::clamp(rungs.direct, kMostCare * target, kLeastCare * target);
+  rungs.direct = std::clamp(rungs.direct, kMostCare * target, target);
   rungs.indirect = std::clamp(rungs.indirect, kMostCare * target, kLeastCare * target);
   return rungs;
 }
