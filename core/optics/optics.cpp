@@ -83,6 +83,26 @@ Rgb clamp_reflectance(const Rgb& c) {
           std::clamp(c.b, 0.0f, kMaxReflectance)};
 }
 
+/// COLOR_0 over a triangle.
+struct ColorRange {
+  bool white = true;
+  bool varies = false;
+  float lowest_alpha = 1, highest_alpha = 1;
+  ColorRange(const Scene& scene, std::uint32_t triangle) {
+    if (scene.colors.empty()) return;
+    const auto& corner = scene.triangles[triangle].vertex;
+    const scene::VertexColor& first = scene.colors[corner[0]];
+    lowest_alpha = highest_alpha = first.alpha;
+    for (const std::uint32_t v : corner) {
+      const scene::VertexColor& color = scene.colors[v];
+      white = white && color == scene::VertexColor{};
+      varies = varies || !(color == first);
+      lowest_alpha = std::min(lowest_alpha, color.alpha);
+      highest_alpha = std::max(highest_alpha, color.alpha);
+    }
+  }
+};
+
 struct Classes {
   std::uint8_t flags = 0;
   rays::Surface surface = rays::Surface::kOpaque;
@@ -98,8 +118,26 @@ struct Optics::Point {
   float transmission;  // of what is there (alpha aside)
 };
 
+bool Optics::varying(const Material& m, std::uint32_t triangle) const {
+  return m.base_color_texture.present() || m.metallic_texture.present() ||
+         m.transmission_texture.present() || (flags_[triangle] & kVertexColor) != 0;
+}
+
 Optics::Point Optics::point(const Material& m, std::uint32_t triangle, float u, float v) const {
   Point p{m.base_color, m.alpha, 1.0f - m.metallic, m.transmission};
+  if (flags_[triangle] & kVertexColor) {
+    const auto& corner = scene_->triangles[triangle].vertex;
+    const auto& colors = scene_->colors;
+    const float w[3] = {1 - u - v, u, v};
+    Rgb rgb;
+    float alpha = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      rgb += colors[corner[i]].rgb * w[i];
+      alpha += colors[corner[i]].alpha * w[i];
+    }
+    p.base_color *= rgb;
+    p.alpha *= alpha;
+  }
   if (m.base_color_texture.present()) {
     const auto texel = sample(*scene_, m.base_color_texture, triangle, u, v, true);
     p.base_color *= Rgb{texel[0], texel[1], texel[2]};
@@ -132,11 +170,11 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
   flags_.resize(count);
   surfaces_.resize(count);
   for (const Material& m : scene.materials) {
-    const bool varying = m.base_color_texture.present() || m.metallic_texture.present() ||
+    const bool textured = m.base_color_texture.present() || m.metallic_texture.present() ||
                          m.transmission_texture.present();
     const Rgb rho = m.base_color * ((1 - m.metallic) * (1 - m.transmission) *
                                     (m.alpha_mode == AlphaMode::kBlend ? m.alpha : 1.0f));
-    constant_reflectance_.push_back(varying ? Rgb{} : clamp_reflectance(rho));
+    constant_reflectance_.push_back(textured ? Rgb{} : clamp_reflectance(rho));
   }
   parallel_for(count, 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -152,13 +190,15 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
         }
       }
       const bool alpha_counts = m.alpha_mode != AlphaMode::kOpaque;
+      const ColorRange color(scene, triangle);
+      if (!color.white) c.flags |= kVertexColor;
       if (options.textured_reflectance &&
-          (ranges.varies(m.base_color_texture, triangle, 0, alpha_counts ? 3 : 2) ||
+          (color.varies || ranges.varies(m.base_color_texture, triangle, 0, alpha_counts ? 3 : 2) ||
            ranges.varies(m.metallic_texture, triangle, 2, 2) ||
            ranges.varies(m.transmission_texture, triangle, 0, 0))) {
         c.flags |= kTexturedReflectance;
       }
-      float low = m.alpha, high = m.alpha;
+      float low = m.alpha * color.lowest_alpha, high = m.alpha * color.highest_alpha;
       if (alpha_counts && m.base_color_texture.present()) {
         const auto range = ranges.of(m.base_color_texture, triangle);
         low *= static_cast<float>(range.lowest[3]) / 255.0f;
@@ -201,9 +241,7 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
 Rgb Optics::reflectance(std::uint32_t triangle, float u, float v) const {
   const std::uint32_t material = scene_->objects[scene_->triangles[triangle].object].material;
   const Material& m = scene_->materials[material];
-  const bool varying = m.base_color_texture.present() || m.metallic_texture.present() ||
-                       m.transmission_texture.present();
-  if (!varying) return constant_reflectance_[material];
+  if (!varying(m, triangle)) return constant_reflectance_[material];
   const Point p = point(m, triangle, u, v);
   return clamp_reflectance(p.base_color * (p.alpha * p.dielectric * (1 - p.transmission)));
 }

@@ -68,15 +68,18 @@ class Optics {
     kTexturedEmission = 8,
     kSheet = 16,
     kMask = 32,
+    kVertexColor = 64,
   };
   struct Point;
+  /// More than the material's constant factors decides.
+  bool varying(const scene::Material& m, std::uint32_t triangle) const;
   Point point(const scene::Material& m, std::uint32_t triangle, float u, float v) const;
 
   const scene::Scene* scene_;
   std::vector<std::uint8_t> flags_;
   std::vector<rays::Surface> surfaces_;
   std::uint64_t counts_[3] = {0, 0, 0};
-  std::vector<Rgb> constant_reflectance_;  // one per material; used when not textured
+  std::vector<Rgb> constant_reflectance_;  // one per material; used when nothing varies
 };
 
 /// Lets rays pass cut-out texels. For closest hits: sheets stop the ray (the caller goes on behind

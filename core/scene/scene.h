@@ -55,6 +55,13 @@ struct Material {
 
 enum class LightKind : std::uint8_t { kPoint, kSpot, kDirectional };
 
+/// COLOR_0: linear factor of the base colour, and of alpha.
+struct VertexColor {
+  Rgb rgb{1, 1, 1};
+  float alpha = 1;
+  bool operator==(const VertexColor&) const = default;
+};
+
 /// KHR_lights_punctual, placed. Position in recentred coordinates (world minus Scene::origin).
 struct Light {
   std::string name;
@@ -115,6 +122,7 @@ struct Scene {
   std::vector<Vec3f> positions;
   std::vector<Vec2f> uv0;  // one per position, or empty when no material of the scene needs it
   std::vector<Vec2f> uv1;
+  std::vector<VertexColor> colors;  // one per position, or empty when no primitive has COLOR_0
   std::vector<Triangle> triangles;  // grouped by object, in source order
   std::vector<Object> objects;
   std::vector<Material> materials;  // at least the default one when there are triangles

@@ -88,6 +88,9 @@ void place_objects(const std::vector<Placement>& placements,
   scene.positions.resize(first_vertex.back());
   if (uv0) scene.uv0.resize(first_vertex.back());
   if (uv1) scene.uv1.resize(first_vertex.back());
+  const bool coloured = std::any_of(primitives.begin(), primitives.end(),
+                                    [](const Primitive& p) { return !p.colors.empty(); });
+  if (coloured) scene.colors.resize(first_vertex.back());
   const std::vector<Piece> vertex_pieces =
       cut(placements, [&](std::uint32_t p) { return primitive_of(p).positions.size(); });
   parallel_for(vertex_pieces.size(), 1, [&](std::size_t first, std::size_t last) {
@@ -102,6 +105,7 @@ void place_objects(const std::vector<Placement>& placements,
         scene.positions[base + v] = to_float(world.point(to_double(primitive.positions[v])));
         if (uv0 && !primitive.uv0.empty()) scene.uv0[base + v] = primitive.uv0[v];
         if (uv1 && !primitive.uv1.empty()) scene.uv1[base + v] = primitive.uv1[v];
+        if (!primitive.colors.empty()) scene.colors[base + v] = primitive.colors[v];
       }
     }
   });

@@ -70,6 +70,26 @@ Result<std::vector<Vec2f>> read_uv(const gltf::Document& document, const Json& a
   return uv;
 }
 
+/// COLOR_0, three or four components; out of range is brought back into it.
+Result<std::vector<scene::VertexColor>> read_colors(const gltf::Document& document,
+                                                    const Json& attributes,
+                                                    std::span<const std::uint32_t> vertices) {
+  std::vector<scene::VertexColor> colors;
+  const std::uint32_t accessor = gltf::index_field(attributes, "COLOR_0");
+  if (accessor == kAbsent) return colors;
+  LB_ASSIGN_OR_RETURN(const gltf::Values values, gltf::read_elements(document, accessor, vertices));
+  const auto width = static_cast<std::size_t>(values.components);
+  colors.resize(vertices.size());
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    const auto at = [&](std::size_t k) {
+      return std::clamp(values.data[width * i + k], 0.0f, 1.0f);
+    };
+    colors[i].rgb = {at(0), at(1), at(2)};
+    if (width > 3) colors[i].alpha = at(3);
+  }
+  return colors;
+}
+
 }  // namespace
 
 std::string undrawable(const Json& primitive) {
@@ -115,6 +135,7 @@ Result<Primitive> read_primitive(const gltf::Document& document, const Json& pri
     result.positions[i] = {v[0], v[1], v[2]};
     result.box.add(result.positions[i]);
   }
+  LB_ASSIGN_OR_RETURN(result.colors, read_colors(document, attributes, used));
   if (needs.uv0) {
     LB_ASSIGN_OR_RETURN(result.uv0, read_uv(document, attributes, "TEXCOORD_0", used));
   }

@@ -10,6 +10,7 @@
 #include "core/gltf/document.h"
 #include "core/math/aabb.h"
 #include "core/math/vec.h"
+#include "core/scene/scene.h"
 
 namespace lightbatch::scene_in {
 
@@ -19,6 +20,7 @@ struct Primitive {
   std::vector<Vec3f> positions;
   std::vector<Vec2f> uv0;  // empty when the primitive has none, or nobody asked
   std::vector<Vec2f> uv1;
+  std::vector<scene::VertexColor> colors;  // empty when the primitive has none
   std::vector<std::array<std::uint32_t, 3>> triangles;
   Aabb box;
 };

@@ -36,6 +36,22 @@ void use(SceneBuilder& builder, const char* extension) {
   builder.json["extensionsUsed"].push_back(extension);
 }
 
+TEST(Material, VertexColoursAreReadWhereTheyAre) {
+  SceneBuilder builder;
+  builder.square();
+  builder.primitive()["attributes"]["COLOR_0"] = builder.accessor(
+      std::vector<float>{1, 0, 0, 0.5f, 0, 1, 0, 0.5f, 0, 0, 1, 1, 2, -1, 0.25f, 1}, "VEC4", 4);
+  const scene::Scene scene = read(builder);
+  ASSERT_EQ(scene.colors.size(), scene.positions.size());
+  EXPECT_EQ(scene.colors[0], (scene::VertexColor{{1, 0, 0}, 0.5f}));
+  EXPECT_EQ(scene.colors[1], (scene::VertexColor{{0, 1, 0}, 0.5f}));
+  // Out of range is brought back.
+  EXPECT_EQ(scene.colors[3], (scene::VertexColor{{1, 0, 0.25f}, 1}));
+  SceneBuilder plain;
+  plain.square();
+  EXPECT_TRUE(read(plain).colors.empty());
+}
+
 TEST(Material, DefaultsAreThoseOfTheSpecification) {
   const scene::Scene scene = read(textured_square(Json::object()));
   const scene::Material& material = scene.materials[0];
