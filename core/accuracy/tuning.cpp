@@ -34,10 +34,12 @@ Growth growth_between(const PartPilot& coarse, const PartPilot& fine) {
 
 Rungs choose_rungs(double target, double allowed, const PartPilot& direct,
                    const PartPilot& indirect) {
-  const auto within = [](double rung) { return std::clamp(rung, kFinestRung, kCoarsestRung); };
-  const auto alone = [&](const PartPilot& p) { return within(rung_for(p, allowed)); };
+  // The rung of a part that may bring this share of the square.
+  const auto rung_of = [&](const PartPilot& p, double share) {
+    return std::clamp(rung_for(p, allowed * std::sqrt(share)), kFinestRung, kCoarsestRung);
+  };
   if (!(direct.error > 0) || !(indirect.error > 0)) {
-    return {target, alone(direct), alone(indirect)};
+    return {target, rung_of(direct, 1), rung_of(indirect, 1)};
   }
   // Bisection on the share of the square that direct light may bring: its marginal price falls with
   // the share, the other's rises.
@@ -48,13 +50,10 @@ Rungs choose_rungs(double target, double allowed, const PartPilot& direct,
       const double rung = rung_for(p, allowed * std::sqrt(part));
       return p.growth.cost / p.growth.error * cost_at(p, rung) / part;
     };
-    const double price_direct = price(direct, share);
-    const double price_indirect = price(indirect, 1 - share);
-    (price_direct > price_indirect ? low : high) = share;
+    (price(direct, share) > price(indirect, 1 - share) ? low : high) = share;
   }
   const double share = 0.5 * (low + high);
-  return {target, within(rung_for(direct, allowed * std::sqrt(share))),
-          within(rung_for(indirect, allowed * std::sqrt(1 - share)))};
+  return {target, rung_of(direct, share), rung_of(indirect, 1 - share)};
 }
 
 }  // namespace lightbatch::accuracy

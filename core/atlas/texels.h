@@ -51,7 +51,7 @@ struct TexelMap {
     for (const Fragment& f : fragments_of(t)) sum += static_cast<double>(f.surface);
     return sum;
   }
-  bool is_back(const Texel& t) const { return !back.empty() && back[t.chart] != 0; }
+  bool is_back(std::uint32_t chart) const { return !back.empty() && back[chart] != 0; }
 
   std::span<const Fragment> fragments_of(const Texel& t) const {
     return std::span(fragments).subspan(t.first_fragment, t.fragment_count);

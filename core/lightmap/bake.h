@@ -56,9 +56,8 @@ struct BakeCounts {
   radiosity::RayCounts rays;
   std::uint64_t texels = 0;
   std::uint64_t computed_texels = 0;  // gathered, the rest shared
-  std::uint64_t border_texels =
-      0;  // of computed ones: not selected, but corners of blocks that are
-  std::uint64_t refined_texels = 0;  // direct light refined
+  std::uint64_t border_texels = 0;    // of these not selected, but corners of blocks that are
+  std::uint64_t refined_texels = 0;   // direct light refined
   std::uint64_t deeper_gathers = 0;
 
   BakeCounts& operator+=(const BakeCounts& o) {

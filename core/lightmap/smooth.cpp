@@ -13,6 +13,7 @@ constexpr float kSameSurface = 0.97f;
 /// A pair is off the line when it is by more than this many standard errors of a + b - 2 c.
 constexpr float kDeviations = 2.0f;
 
+/// Texels apart in the last pass.
 constexpr int kFarthest = 8;
 
 float square(float v) { return v * v; }

@@ -15,7 +15,7 @@ Vec2f grid_sample(const atlas::Texel& texel, unsigned bit) {
 
 TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel) {
   TexelPoints points;
-  const bool back = map.is_back(texel);
+  const bool back = map.is_back(texel.chart);
   for (const atlas::Fragment& f : map.fragments_of(texel)) {
     for (unsigned bit = 0; bit < 16 && points.count < points.point.size(); ++bit) {
       if (f.mask >> bit & 1u)
@@ -51,7 +51,7 @@ TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel&
   }
   const Vec2f centre = weight > 0 ? sum * (1.0f / weight) : fragments[0].centroid;
   if (fragments.size() == 1) {
-    return {fragments[0].triangle, fragments[0].centroid, map.is_back(texel)};
+    return {fragments[0].triangle, fragments[0].centroid, map.is_back(texel.chart)};
   }
   // Between fragments the centre may lie off the surface: take a point that is on it.
   const TexelPoints points = texel_points(map, texel);

@@ -103,6 +103,12 @@ struct ColorRange {
   }
 };
 
+/// Reflectance needs more of a material than its constant factors.
+bool textured(const Material& m) {
+  return m.base_color_texture.present() || m.metallic_texture.present() ||
+         m.transmission_texture.present();
+}
+
 struct Classes {
   std::uint8_t flags = 0;
   rays::Surface surface = rays::Surface::kOpaque;
@@ -119,8 +125,7 @@ struct Optics::Point {
 };
 
 bool Optics::varying(const Material& m, std::uint32_t triangle) const {
-  return m.base_color_texture.present() || m.metallic_texture.present() ||
-         m.transmission_texture.present() || (flags_[triangle] & kVertexColor) != 0;
+  return textured(m) || (flags_[triangle] & kVertexColor) != 0;
 }
 
 Optics::Point Optics::point(const Material& m, std::uint32_t triangle, float u, float v) const {
@@ -170,11 +175,9 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
   flags_.resize(count);
   surfaces_.resize(count);
   for (const Material& m : scene.materials) {
-    const bool textured = m.base_color_texture.present() || m.metallic_texture.present() ||
-                         m.transmission_texture.present();
     const Rgb rho = m.base_color * ((1 - m.metallic) * (1 - m.transmission) *
                                     (m.alpha_mode == AlphaMode::kBlend ? m.alpha : 1.0f));
-    constant_reflectance_.push_back(textured ? Rgb{} : clamp_reflectance(rho));
+    constant_reflectance_.push_back(textured(m) ? Rgb{} : clamp_reflectance(rho));
   }
   parallel_for(count, 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

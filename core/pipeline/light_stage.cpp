@@ -86,9 +86,8 @@ double mean_over_texels(const Prepared& p, const LightmapPlaces& places, const F
   for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
     const std::uint32_t chart = places.layout.chart_of[i];
     if (chart == scene::kNone) continue;
-    const bool back = !places.texels.back.empty() && places.texels.back[chart] != 0;
     const double a = triangle_area(*p.scene, i);
-    sum += first.irradiance_of(i, back) * a;
+    sum += first.irradiance_of(i, places.texels.is_back(chart)) * a;
     area += a;
   }
   return area > 0 ? sum / area : 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/random.h"
+#include "core/hierarchy/descend.h"
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
 #include "core/radiosity/polygon_form_factor.h"
@@ -131,6 +132,10 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
   return blocked ? Rgb{} : filter.transmittance();
 }
 
+Rgb DirectLight::luminance(const Emitter& e, Vec2f at) const {
+  return e.textured ? optics_->emission(e.triangle, at.x, at.y) : e.luminance;
+}
+
 EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice,
                                         RayCounts& counts, float negligible) const {
   EmitterTerms terms;
@@ -214,9 +219,8 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
     if (!(sample.weight > 0)) continue;
     // What this point brings, over the probability of its term.
     const double weight = sample.weight * static_cast<double>(terms.weight / term.weight);
-    const Rgb luminance =
-        e.textured ? optics_->emission(e.triangle, sample.at.x, sample.at.y) : e.luminance;
-    const Rgbd all = to_double(luminance) * (weight * static_cast<double>(term.scale));
+    const Rgbd all =
+        to_double(luminance(e, sample.at)) * (weight * static_cast<double>(term.scale));
     const Vec3f to = sample.point - at.frame.origin;
     ++counts.emitter_shadow;
     ++sum.rays;
@@ -235,27 +239,17 @@ Rgb DirectLight::sampled_emitters(const Receiver& at, float worth, double pick, 
   const auto importance = [&](Hierarchy::NodeId id) {
     return static_cast<double>(bound_of(tree.box(id), sources_->power(id), at).importance);
   };
-  Hierarchy::NodeId node = 0;
-  double probability =
-      worth > 0 ? std::clamp(importance(node) / static_cast<double>(worth), kLeastChance, 1.0) : 1;
-  if (!(pick < probability)) return {};
-  pick /= probability;
-  while (!tree.is_leaf(node)) {
-    const double left = importance(tree.left(node)), right = importance(tree.right(node));
-    if (!(left + right > 0)) return {};
-    const double share = left / (left + right);
-    const bool go_left = pick < share;
-    pick = std::min(go_left ? pick / share : (pick - share) / (1 - share), 0x1.fffffffffffffp-1);
-    probability *= go_left ? share : 1 - share;
-    node = go_left ? tree.left(node) : tree.right(node);
-  }
-  const Emitter& e = sources_->emitters()[tree.primitive(tree.first(node))];
+  const double asked =
+      worth > 0 ? std::clamp(importance(0) / static_cast<double>(worth), kLeastChance, 1.0) : 1;
+  if (!(pick < asked)) return {};
+  const auto walk = hierarchy::descend(tree, 0, pick / asked, importance);
+  if (!(walk.probability > 0)) return {};
+  const Emitter& e = sources_->emitters()[tree.primitive(tree.first(walk.leaf))];
   if (e.triangle == at.triangle) return {};
   const EmitterSample sample = sample_emitter(e, at, random);
   if (!(sample.weight > 0)) return {};
-  const Rgb luminance =
-      e.textured ? optics_->emission(e.triangle, sample.at.x, sample.at.y) : e.luminance;
-  const Rgb open = luminance * static_cast<float>(sample.weight / probability);
+  const Rgb open =
+      luminance(e, sample.at) * static_cast<float>(sample.weight / (asked * walk.probability));
   if (!shadows_ || open.is_black()) return open;
   ++counts.emitter_shadow;
   return open * through({at.frame.origin, sample.point - at.frame.origin, 0.0f, kShadowEnd},

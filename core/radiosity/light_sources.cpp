@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/random.h"
+#include "core/hierarchy/descend.h"
 #include "core/math/sampling.h"
 
 namespace lightbatch::radiosity {
@@ -95,20 +96,10 @@ LightSources::LightSources(const scene::Scene& scene, const optics::Optics& opti
 }
 
 std::uint32_t LightSources::pick(hierarchy::Hierarchy::NodeId node, float random) const {
-  while (!emitter_tree_.is_leaf(node)) {
-    const auto left = emitter_tree_.left(node);
-    const auto right = emitter_tree_.right(node);
-    const float total = node_power_[left] + node_power_[right];
-    const float share = total > 0 ? node_power_[left] / total : 0.5f;
-    if (random < share) {
-      random = std::min(random / share, 0x1.fffffep-1f);
-      node = left;
-    } else {
-      random = std::min((random - share) / (1.0f - share), 0x1.fffffep-1f);
-      node = right;
-    }
-  }
-  return emitter_tree_.primitive(emitter_tree_.first(node));
+  // Every emitter has power, so that every walk ends at a leaf.
+  const auto walk =
+      hierarchy::descend(emitter_tree_, node, random, [&](auto n) { return power(n); });
+  return emitter_tree_.primitive(emitter_tree_.first(walk.leaf));
 }
 
 }  // namespace lightbatch::radiosity
