@@ -215,6 +215,10 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     LB_ASSIGN_OR_RETURN(const accuracy::Certificate certificate,
                         certify(options, p, made.places, made.light, clock, progress));
     report["accuracy"] = report_accuracy(certificate, p.target_error);
+    LB_ASSIGN_OR_RETURN(
+        const BorderChecks borders,
+        check_borders(options, p, made.places, made.light, made.pages, clock, progress));
+    report["borders"] = report_borders(*p.scene, borders);
     if (!report["accuracy"].value("passed", true)) outcome.verdict = Verdict::kMissedTarget;
   }
   if (options.batches) {

@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t kProbes = 8192;
 constexpr double kFewestPaths = 2e5;
 constexpr double kMostPaths = 8e6;
+/// The search for leaks takes this part of the certificate's paths.
+constexpr std::uint64_t kLeakShare = 16;
 
 /// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
 /// shuffled. The probes read `places` when they are judged.
@@ -57,6 +59,10 @@ double mean_of_map(const LightmapPlaces& places, const LightBake& light) {
   return area > 0 ? sum / area : 0;
 }
 
+double bake_rays(const LightBake& light) {
+  return static_cast<double>(light.baked.counts.rays.cast() + light.radiosity.rays.cast());
+}
+
 /// Bounces that a path takes on average, 1 / (1 - rho) with the area mean of rho.
 double mean_bounces(const Prepared& p) {
   double reflected = 0, area = 0;
@@ -92,12 +98,33 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
   accuracy::CertificateOptions certificate_options;
   certificate_options.target = p.target_error;
   certificate_options.seed = item_seed(options.seed, 1, 32);
-  certificate_options.max_paths = path_budget(
-      p, static_cast<double>(light.baked.counts.rays.cast() + light.radiosity.rays.cast()));
+  certificate_options.max_paths = path_budget(p, bake_rays(light));
   certificate_options.map_mean = mean_of_map(places, light);
   auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
   clock.stop();
   return certificate;
+}
+
+Result<BorderChecks> check_borders(const JobOptions& options, const Prepared& p,
+                                   const LightmapPlaces& places, const LightBake& light,
+                                   const std::vector<lightmap::PageImage>& pages, StageClock& clock,
+                                   const Progress& progress) {
+  clock.start("borders");
+  progress.report("borders", 0);
+  BorderChecks checks;
+  accuracy::LeakOptions leak_options;
+  leak_options.mean_irradiance = mean_of_map(places, light);
+  leak_options.bright = p.target_error;
+  leak_options.max_paths = path_budget(p, bake_rays(light)) / kLeakShare;
+  leak_options.seed = item_seed(options.seed, 4, 34);
+  checks.seams = accuracy::measure_seams(*p.scene, *p.caster, places.layout, places.texels, pages,
+                                         leak_options.mean_irradiance);
+  const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
+  LB_ASSIGN_OR_RETURN(
+      checks.leaks, accuracy::find_leaks(tracer, *p.caster, *p.scene, places.layout, places.texels,
+                                         pages, leak_options, progress));
+  clock.stop();
+  return checks;
 }
 
 std::uint64_t path_budget(const Prepared& p, double bake_rays) {
@@ -136,6 +163,24 @@ nlohmann::json report_accuracy(const accuracy::Certificate& c, double target) {
           {"paths", c.paths},
           {"mean_irradiance_lux", c.mean_irradiance},
           {"passed", passed}};
+}
+
+nlohmann::json report_borders(const scene::Scene& scene, const BorderChecks& checks) {
+  const auto seam = [](const char* surface, const accuracy::StepFigures& f) -> nlohmann::json {
+    return {{"surface", surface}, {"metres", f.metres}, {"points", f.points},
+            {"rms", f.rms},       {"p95", f.p95},       {"largest", f.largest}};
+  };
+  const accuracy::Leaks& l = checks.leaks;
+  nlohmann::json leaks = {{"points", l.points},
+                          {"leaks", l.leaks},
+                          {"area_share", l.area_share},
+                          {"largest", l.largest},
+                          {"hidden", l.hidden}};
+  if (l.triangle != scene::kNone)
+    leaks["brightest_on"] = scene.objects[scene.triangles[l.triangle].object].name;
+  return {{"seams", {seam("flat", checks.seams.flat), seam("folded", checks.seams.folded)}},
+          {"divided_metres", checks.seams.divided_metres},
+          {"leaks", leaks}};
 }
 
 }  // namespace lightbatch::pipeline

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/accuracy/certificate.h"
+#include "core/accuracy/leaks.h"
+#include "core/accuracy/seams.h"
 #include "core/pipeline/light_stage.h"
 
 namespace lightbatch::pipeline {
@@ -16,6 +18,17 @@ accuracy::PointSource points_of(const LightmapPlaces& places, const atlas::Texel
 Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared& p,
                                       const LightmapPlaces& places, const LightBake& light,
                                       StageClock& clock, const Progress& progress);
+
+/// What a viewer sees where charts end.
+struct BorderChecks {
+  accuracy::Seams seams;
+  accuracy::Leaks leaks;
+};
+/// Stage "borders": seams and leaks of the finished pages.
+Result<BorderChecks> check_borders(const JobOptions& options, const Prepared& p,
+                                   const LightmapPlaces& places, const LightBake& light,
+                                   const std::vector<lightmap::PageImage>& pages, StageClock& clock,
+                                   const Progress& progress);
 
 /// Paths that a certificate may take after a bake of so many rays: about a quarter of its price.
 std::uint64_t path_budget(const Prepared& p, double bake_rays);
@@ -33,5 +46,7 @@ Result<PilotTruth> judge_pilot(const JobOptions& options, const Prepared& p,
 
 /// The accuracy section. passed: the estimate is not above the target.
 nlohmann::json report_accuracy(const accuracy::Certificate& certificate, double target);
+/// The borders section.
+nlohmann::json report_borders(const scene::Scene& scene, const BorderChecks& checks);
 
 }  // namespace lightbatch::pipeline

@@ -97,6 +97,44 @@ std::string accuracy_section(const Json& report) {
   return section("Accuracy", html);
 }
 
+std::string borders_section(const Json& report) {
+  const std::string seams =
+      table_of(list(report, "borders/seams"), {{"surface", "surface", Format::kText},
+                                               {"metres", "metres of border"},
+                                               {"points", "points"},
+                                               {"rms", "step (rms)", Format::kPercent},
+                                               {"p95", "p95", Format::kPercent},
+                                               {"largest", "largest", Format::kPercent}});
+  std::string html;
+  if (!seams.empty()) {
+    html +=
+        "<h3>Seams</h3>\n" + seams +
+        "<p class=\"soft\">Where two charts meet on one surface, the finished pages are read on "
+        "both "
+        "sides as a viewer reads them; the step is a share of the mean irradiance. Flat surfaces "
+        "do "
+        "not fold at the border, so all of the step is error; where they fold by up to 10 degrees "
+        "the change of the light itself is in it.</p>\n";
+  }
+  const std::string leaks = pairs_of(object(report, "borders/leaks"),
+                                     {{"points", "points looked at"},
+                                      {"leaks", "bright points that no light reaches"},
+                                      {"area_share", "share of the surface", Format::kPercent},
+                                      {"largest", "brightest of them", Format::kPercent},
+                                      {"brightest_on", "on", Format::kText},
+                                      {"hidden", "further ones, hidden"}});
+  if (!leaks.empty()) {
+    html +=
+        "<h3>Leaks</h3>\n" + leaks +
+        "<p class=\"soft\">Random points, half of them at the edges of darkness. A leak is shown "
+        "brighter than the target error times the mean although path tracing finds less than a "
+        "ten-thousandth of the mean there. Hidden ones see little but what is closer than a "
+        "texel, "
+        "or the insides of solids: nobody looks in there.</p>\n";
+  }
+  return section("Seams and leaks", html);
+}
+
 std::string time_section(const Json& report) {
   const Json& stages = list(report, "stages");
   std::vector<Bar> bars;

@@ -22,6 +22,7 @@ std::string html(const nlohmann::json& report, const std::vector<Picture>& pictu
   page += warnings_section(report);
   page += section("Views", pictures_of(pictures, PictureKind::kView));
   page += accuracy_section(report);
+  page += borders_section(report);
   page += time_section(report);
   page += plan_section(report);
   page += lightmap_section(report, pictures);

@@ -12,6 +12,7 @@ namespace lightbatch::report {
 std::string head_section(const Json& report);
 std::string warnings_section(const Json& report);
 std::string accuracy_section(const Json& report);
+std::string borders_section(const Json& report);
 std::string time_section(const Json& report);
 std::string plan_section(const Json& report);
 std::string lightmap_section(const Json& report, const std::vector<Picture>& pictures);

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 """Bakes real scenes with the built command line and prints one table of what it took and what came out.
 
-  table.py [--scenes DIR] [--out DIR] [--lightbatch FILE] [--target-error 2%] [--no-npm] [--blender] [SCENE...]
+  table.py [--scenes DIR] [--out DIR] [--lightbatch FILE] [--target-error 2%] [--no-npm] [--blender] [--every] [SCENE...]
 
-DIR holds the .glb files; without SCENE words those of SCENES that it has are baked (tests/data/scenes has two of them).
+DIR holds the .glb files; without SCENE words those of SCENES that it has are baked (tests/data/scenes has two of them), with
+--every all that it has.
 Columns: wall and CPU seconds, peak memory of the largest process, certified error with its 95 % interval and the target
-that it is held to, texels, draw calls and triangles of a mean view before and after, errors of the Khronos validator in
+that it is held to, texels, steps at chart borders, points shown bright that no light reaches, draw calls and triangles of a mean view before and after, errors of the Khronos validator in
 the input and in scene.glb with the codes that are new, and whether three.js and Blender load scene.glb (where they do
 not, what they say of the input). npm packages (gltf-validator, three) go into a folder beside the results. Exit code 0:
 every scene was baked, the validator finds nothing new and every loader that takes the input takes the output.
@@ -163,6 +164,11 @@ def row_of(name, scene, out, taken, checks):
         row["error"] = (f"{value(report, 'accuracy/certified', '{:.2%}')} ({value(report, 'accuracy/low', '{:.2%}')} to "
                         f"{value(report, 'accuracy/high', '{:.2%}')}) of {value(report, 'accuracy/target', '{:.2%}')}")
     row["texels"] = value(report, "lightmaps/texels", "{:,}")
+    for seam in report.get("borders", {}).get("seams", []):
+        row[f"{seam['surface']} seams"] = (f"{seam['rms']:.2%} (p95 {seam['p95']:.2%}) on {seam['metres']:.0f} m"
+                                           if seam["points"] else "none")
+    row["leaks"] = (f"{value(report, 'borders/leaks/area_share', '{:.3%}')} of the surface "
+                    f"({value(report, 'borders/leaks/leaks')} of {value(report, 'borders/leaks/points')} points)")
     row["batches"] = value(report, "batches/count", "{:,}")
     row["draws"] = f"{value(report, 'batches/before/draws', '{:.1f}')} -> {value(report, 'batches/after/draws', '{:.1f}')}"
     row["seen triangles"] = (f"{value(report, 'batches/before/triangles', '{:,.0f}')} -> "
@@ -193,13 +199,15 @@ def main():
     parser.add_argument("--target-error", default="2%")
     parser.add_argument("--option", action="append", default=[], help="a further option of bake, as --option=--seed=2")
     parser.add_argument("--no-npm", action="store_true")
+    parser.add_argument("--every", action="store_true", help="every .glb of DIR")
     parser.add_argument("--blender", action="store_true", help="try Blender's importer as well")
     parser.add_argument("names", nargs="*", metavar="SCENE")
     words = parser.parse_args()
     words.out.mkdir(parents=True, exist_ok=True)
     checks = Checks(words.out, not words.no_npm, words.blender)
     rows = []
-    for name in words.names or SCENES:
+    every = sorted(path.stem for path in words.scenes.glob("*.glb")) if words.every else None
+    for name in words.names or every or SCENES:
         scene = words.scenes / f"{name}.glb"
         if not scene.is_file():
             if words.names:

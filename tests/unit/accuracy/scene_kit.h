@@ -64,6 +64,7 @@ class SceneKit {
     return first;
   }
   scene::Scene& scene() { return scene_; }
+  const scene::Scene& scene() const { return scene_; }
 
   /// Call once everything is in.
   void finish() {

@@ -45,6 +45,11 @@ nlohmann::json sample_report() {
        "utilisation": 0.7, "intensity": 900}]},
   "accuracy": {"target": 0.02, "certified": 0.0174, "low": 0.0161, "high": 0.0188, "p95": 0.041,
     "bias": -0.0021, "probes": 4096, "passed": true},
+  "borders": {"seams": [
+      {"surface": "flat", "metres": 12.5, "points": 130, "rms": 0.0123, "p95": 0.025, "largest": 0.04},
+      {"surface": "folded", "metres": 3.5, "points": 40, "rms": 0.05, "p95": 0.09, "largest": 0.11}],
+    "divided_metres": 1.5, "leaks": {"points": 6144, "leaks": 7, "area_share": 0.0013, "largest": 0.31,
+      "brightest_on": "Skirting", "hidden": 5}},
   "batches": {"count": 41, "profile": "desktop", "views": 512,
     "before": {"draws": 171, "triangles": 40120}, "after": {"draws": 38, "triangles": 33010},
     "curve": [{"draws": 16, "triangles": 47000, "cost": 2}, {"draws": 38, "triangles": 33010, "cost": 1.4,
