@@ -22,10 +22,9 @@ using NodeId = Hierarchy::NodeId;
 // rays in furnished rooms.
 constexpr float kNodeCost = 1.0f;
 constexpr float kLeafCost = 0.7f;
-constexpr float kTriangleCost = 0.12f;
+constexpr float kTriangleCost = 0.06f;
 constexpr std::uint32_t kMaxLeaf = 8;
-constexpr std::size_t kUsualBytes = 54;  // a triangle
-constexpr std::size_t kLargeBytes = std::size_t{16} << 20;
+constexpr std::size_t kUsualBytes = 56;  // a triangle
 
 /// Cheapest ways to put a subtree into 1..8 places of a wide node.
 struct Plan {
@@ -33,6 +32,7 @@ struct Plan {
   std::uint8_t to_left[kWidth];  // places of the left child; 0: same as with one place fewer
   bool leaf = false;             // with one place: a leaf instead of a wide node
   std::uint32_t solid = 0;       // triangles that stop rays
+  float surface = 0;             // twice their area
 };
 
 class Collapse {
@@ -53,7 +53,6 @@ class Collapse {
     LB_CHECK(out_.data.size() < Child::kMaxPlace * Child::kUnit,
              "more triangles than a caster can hold");
     out_.data.shrink_to_fit();
-    out_.large = out_.data.size() > kLargeBytes;
     const Aabb box = tree_.box(0);
     for (std::size_t k = 0; k < 3; ++k) {
       out_.reach[k] = std::max(std::abs(box.lower[k]), std::abs(box.upper[k]));
@@ -66,6 +65,11 @@ class Collapse {
     return surfaces_.empty() ? Surface::kOpaque : surfaces_[triangle];
   }
 
+  float twice_area(std::uint32_t triangle) const {
+    const auto& [a, b, c] = triangles_[triangle];
+    return length(cross(positions_[b] - positions_[a], positions_[c] - positions_[a]));
+  }
+
   void plan() {
     plans_.resize(tree_.node_count());
     for (NodeId i = tree_.node_count(); i-- > 0;) {
@@ -75,6 +79,7 @@ class Collapse {
         p.solid = surface(tree_.primitive(tree_.first(i))) == Surface::kClear ? 0 : 1;
         p.leaf = true;
         const float cost = p.solid == 0 ? 0.0f : area * (kLeafCost + kTriangleCost);
+        if (p.solid != 0) p.surface = twice_area(tree_.primitive(tree_.first(i)));
         std::fill_n(p.cost, kWidth, cost);
         std::fill_n(p.to_left, kWidth, std::uint8_t{0});
         continue;
@@ -82,6 +87,7 @@ class Collapse {
       const Plan& left = plans_[tree_.left(i)];
       const Plan& right = plans_[tree_.right(i)];
       p.solid = left.solid + right.solid;
+      p.surface = left.surface + right.surface;
       for (std::size_t places = 2; places <= kWidth; ++places) {
         float best = std::numeric_limits<float>::infinity();
         std::uint8_t choice = 1;
@@ -140,6 +146,14 @@ class Collapse {
         result[count++] = part.node;
       }
     }
+    // Children that stop many rays for what they cost come last, where occlusion begins; the
+    // leaves among them first, as they are looked at in the order of their places.
+    const auto rank = [&](NodeId node) {
+      const Plan& p = plans_[node];
+      const float worth = p.surface / p.cost[0];
+      return !std::isfinite(worth) ? 0.0f : p.leaf ? -worth : worth;
+    };
+    std::stable_sort(result, result + count, [&](NodeId a, NodeId b) { return rank(a) < rank(b); });
     return count;
   }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace lightbatch::rays {
 /// share corners form a consistent planar mesh around the ray: no ray passes between them.
 class ExactTest {
  public:
-  ExactTest(const Vec3f& origin, const Vec3f& direction) : origin_(to_double(origin)) {
+  ExactTest(const Vec3f& origin, const Vec3f& direction) {
     const Vec3d d = to_double(direction);
     kz_ = std::abs(d.x) > std::abs(d.y) ? (std::abs(d.x) > std::abs(d.z) ? 0u : 2u)
                                         : (std::abs(d.y) > std::abs(d.z) ? 1u : 2u);
@@ -29,6 +29,9 @@ class ExactTest {
     sx_ = d[kx_] / d[kz_];
     sy_ = d[ky_] / d[kz_];
     dz_ = d[kz_];
+    ox_ = static_cast<double>(origin[kx_]);
+    oy_ = static_cast<double>(origin[ky_]);
+    oz_ = static_cast<double>(origin[kz_]);
   }
 
   struct Result {
@@ -44,48 +47,39 @@ class ExactTest {
     const Corner a = sheared(p, step);
     const Corner b = sheared(p + 3 * step, step);
     const Corner c = sheared(p + 6 * step, step);
-    const Edge u = edge(c, b);
-    const Edge v = edge(a, c);
-    const Edge w = edge(b, a);
-    const bool some_below = u.sign < 0 || v.sign < 0 || w.sign < 0;
-    const bool some_above = u.sign > 0 || v.sign > 0 || w.sign > 0;
+    const double u = edge(c, b), v = edge(a, c), w = edge(b, a);
+    const bool some_below = std::min(u, std::min(v, w)) < 0;
+    const bool some_above = std::max(u, std::max(v, w)) > 0;
     if (some_below == some_above) return {};  // outside, or seen edge-on
-    const double det = u.value + v.value + w.value;
+    const double det = u + v + w;
     if (det == 0) return {};
-    const double t = (u.value * a.z + v.value * b.z + w.value * c.z) / (det * dz_);
-    return {true, some_below, static_cast<float>(t), static_cast<float>(v.value / det),
-            static_cast<float>(w.value / det)};
+    const double t = (u * a.z + v * b.z + w * c.z) / (det * dz_);
+    return {true, some_below, static_cast<float>(t), static_cast<float>(v / det),
+            static_cast<float>(w / det)};
   }
 
  private:
   struct Corner {
     double x, y, z;
   };
-  struct Edge {
-    double value;
-    int sign;
-  };
-
   Corner sheared(const float* p, std::size_t step) const {
-    const std::array<double, 3> d = {static_cast<double>(p[0]) - origin_.x,
-                                     static_cast<double>(p[step]) - origin_.y,
-                                     static_cast<double>(p[2 * step]) - origin_.z};
-    return {d[kx_] - sx_ * d[kz_], d[ky_] - sy_ * d[kz_], d[kz_]};
+    const double z = static_cast<double>(p[kz_ * step]) - oz_;
+    return {static_cast<double>(p[kx_ * step]) - ox_ - sx_ * z,
+            static_cast<double>(p[ky_ * step]) - oy_ - sy_ * z, z};
   }
 
-  // Rounding is monotone, so different products differ as the exact ones do; equal ones are told
-  // apart by their rounding errors, which fma gives exactly.
-  static Edge edge(const Corner& p, const Corner& q) {
+  // Of the sign of the exact determinant: rounding is monotone, so different products differ as the
+  // exact ones do, and so does their difference; equal ones are told apart by their rounding
+  // errors, which fma gives exactly.
+  static double edge(const Corner& p, const Corner& q) {
     const double left = p.x * q.y;
     const double right = p.y * q.x;
-    if (left != right) return {left - right, left > right ? 1 : -1};
-    const double left_rest = std::fma(p.x, q.y, -left);
-    const double right_rest = std::fma(p.y, q.x, -right);
-    return {left_rest - right_rest, left_rest > right_rest ? 1 : left_rest < right_rest ? -1 : 0};
+    if (left != right) return left - right;
+    return std::fma(p.x, q.y, -left) - std::fma(p.y, q.x, -right);
   }
 
-  Vec3d origin_;
   std::size_t kx_ = 0, ky_ = 0, kz_ = 0;
+  double ox_, oy_, oz_;
   double sx_ = 0, sy_ = 0, dz_ = 1;
 };
 

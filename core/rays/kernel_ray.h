@@ -106,7 +106,7 @@ struct BoxTest {
     }
   }
   // A NaN (from infinities only) is replaced by the other operand: the box is kept.
-  LB_INLINE unsigned operator()(const WideNode& node, V8f upper, V8f& near) const {
+  LB_INLINE V8i operator()(const WideNode& node, V8f upper, V8f& near) const {
     const float* planes = &node.lower[0][0];
     near = max8(madd8(load8(planes + near_plane[0]), inverse[0], near_offset[0]), lower);
     V8f far = min8(madd8(load8(planes + far_plane[0]), inverse[0], far_offset[0]), upper);
@@ -114,6 +114,6 @@ struct BoxTest {
     far = min8(madd8(load8(planes + far_plane[1]), inverse[1], far_offset[1]), far);
     near = max8(madd8(load8(planes + near_plane[2]), inverse[2], near_offset[2]), near);
     far = min8(madd8(load8(planes + far_plane[2]), inverse[2], far_offset[2]), far);
-    return mask8(near <= far);
+    return near <= far;
   }
 };

@@ -11,9 +11,35 @@ LB_INLINE void prefetch(const WideTree& tree, std::uint32_t word) {
   __builtin_prefetch(p + 192);
 }
 
-struct Entry {
-  std::uint32_t word;
-  float near;
+/// Children that wait, the nearest of a node last, and lower bounds of their distances.
+struct OrderedStack {
+  static constexpr std::size_t kSize = kStackSize + kWidth;  // whole vectors are written
+  std::uint32_t words[kSize];
+  float nears[kSize];
+  std::size_t size = 0;
+
+  /// Among those from `base` on, which are in order.
+  LB_INLINE void push(std::uint32_t word, float near, std::size_t base) {
+    std::size_t k = size++;
+    for (; k > base && nears[k - 1] < near; --k) {
+      nears[k] = nears[k - 1];
+      words[k] = words[k - 1];
+    }
+    words[k] = word;
+    nears[k] = near;
+  }
+  /// All `count` children that were met.
+  LB_INLINE void push_all(const WideNode& node, V8i met, V8f near, int count) {
+    // Ordered as integers, the child's place in the last bits; the others come last.
+    const V8f positive = max8(near, splat8(0));
+    V8i keys;
+    std::memcpy(&keys, &positive, sizeof keys);
+    keys = sorted_down(((keys & ~7) | V8i{0, 1, 2, 3, 4, 5, 6, 7}) | ~met);
+    const V8i distances = keys & ~7;
+    permute8(words + size, node.child, keys & 7);
+    std::memcpy(nears + size, &distances, sizeof distances);
+    size += static_cast<std::size_t>(count);
+  }
 };
 
 Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, HitFilter* filter) {
@@ -26,35 +52,42 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
   Hit best;
   best.t = ray.t_max;
   Limits limits{r.lower_limit(ray.t_min), r.upper_limit(ray.t_max), 0, 0};
+  float farthest = std::max(limits.upper, 0.0f);  // that a waiting child may begin at
   V8f upper = splat8(limits.upper);
-  Entry stack[kStackSize];
-  Entry* top = stack;
+  OrderedStack stack;
   std::uint32_t word = 0;
   while (true) {
     while (!Child::is_leaf(word)) {
       const WideNode& node = tree.node(word);
       V8f near;
-      unsigned mask = boxes(node, upper, near);
+      const V8i met = boxes(node, upper, near);
+      unsigned mask = mask8(met);
       if (mask == 0) goto pop;
       const std::size_t first = lowest(mask);
       word = node.child[first];
       mask &= mask - 1;
       if (mask == 0) continue;
+      if (std::popcount(mask) > 2) {
+        const std::size_t base = stack.size;
+        stack.push_all(node, met, near, 1 + std::popcount(mask));
+        word = stack.words[--stack.size];
+        for (std::size_t i = base; i < stack.size; ++i) prefetch(tree, stack.words[i]);
+        continue;
+      }
       alignas(32) float distance[kWidth];
       std::memcpy(distance, &near, sizeof distance);
       float nearest = distance[first];
-      const Entry* const base = top;
+      const std::size_t base = stack.size;
       for (; mask != 0; mask &= mask - 1) {
         const std::size_t place = lowest(mask);
-        Entry entry{node.child[place], distance[place]};
-        prefetch(tree, entry.word);
-        if (entry.near < nearest) {
-          std::swap(entry.near, nearest);
-          std::swap(entry.word, word);
+        std::uint32_t other = node.child[place];
+        float farther = distance[place];
+        prefetch(tree, other);
+        if (farther < nearest) {
+          std::swap(farther, nearest);
+          std::swap(other, word);
         }
-        Entry* k = top++;  // nearest on top
-        for (; k > base && k[-1].near < entry.near; --k) *k = k[-1];
-        *k = entry;
+        stack.push(other, farther, base);
       }
     }
     {
@@ -76,15 +109,16 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
         }
         best = hit;
         limits.upper = r.upper_limit(best.t);
+        farthest = std::max(limits.upper, 0.0f);
         upper = splat8(limits.upper);
       }
     }
   pop:
     do {
-      if (top == stack) return best.found() ? best : Hit();
-      --top;
-    } while (top->near > limits.upper);
-    word = top->word;
+      if (stack.size == 0) return best.found() ? best : Hit();
+      --stack.size;
+    } while (stack.nears[stack.size] > farthest);
+    word = stack.words[stack.size];
   }
 }
 
@@ -124,11 +158,11 @@ bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a
   std::size_t count = 0;
   while (true) {
     // The next node is chosen before this one's children are known, so that it arrives meanwhile.
-    const bool ahead = tree.large && top != stack;
+    const bool ahead = top != stack;
     const std::uint32_t next = ahead ? *--top : 0;
     const WideNode& node = tree.node(word);
     V8f near;
-    unsigned mask = boxes(node, upper, near);
+    unsigned mask = mask8(boxes(node, upper, near));
     const std::size_t before = count;
     for (; mask != 0; mask &= mask - 1) {
       const std::uint32_t child = node.child[lowest(mask)];

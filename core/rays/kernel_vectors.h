@@ -42,6 +42,12 @@ LB_INLINE unsigned mask8(V8i v) {
   return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(v)));
 }
 LB_INLINE V8f madd8(V8f a, V8f b, V8f c) { return _mm256_fmadd_ps(a, b, c); }
+/// to[i] = from[places[i]], places in 0..7.
+LB_INLINE void permute8(std::uint32_t* to, const std::uint32_t* from, V8i places) {
+  const __m256i words = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                      _mm256_permutevar8x32_epi32(words, reinterpret_cast<__m256i>(places)));
+}
 #else
 LB_INLINE unsigned mask8(V8i v) {
   unsigned mask = 0;
@@ -49,7 +55,31 @@ LB_INLINE unsigned mask8(V8i v) {
   return mask;
 }
 LB_INLINE V8f madd8(V8f a, V8f b, V8f c) { return a * b + c; }
+LB_INLINE void permute8(std::uint32_t* to, const std::uint32_t* from, V8i places) {
+  for (unsigned i = 0; i < 8; ++i) to[i] = from[places[i]];
+}
 #endif
+/// Descending. K. Batcher, Sorting Networks and Their Applications, AFIPS 1968.
+LB_INLINE V8i sorted_down(V8i v) {
+  V8i other = __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
+  V8i larger = v > other ? v : other, smaller = v > other ? other : v;
+  v = __builtin_shufflevector(larger, smaller, 0, 9, 2, 11, 4, 13, 6, 15);
+  other = __builtin_shufflevector(v, v, 3, 2, 1, 0, 7, 6, 5, 4);
+  larger = v > other ? v : other, smaller = v > other ? other : v;
+  v = __builtin_shufflevector(larger, smaller, 0, 1, 10, 11, 4, 5, 14, 15);
+  other = __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
+  larger = v > other ? v : other, smaller = v > other ? other : v;
+  v = __builtin_shufflevector(larger, smaller, 0, 9, 2, 11, 4, 13, 6, 15);
+  other = __builtin_shufflevector(v, v, 7, 6, 5, 4, 3, 2, 1, 0);
+  larger = v > other ? v : other, smaller = v > other ? other : v;
+  v = __builtin_shufflevector(larger, smaller, 0, 1, 2, 3, 12, 13, 14, 15);
+  other = __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5);
+  larger = v > other ? v : other, smaller = v > other ? other : v;
+  v = __builtin_shufflevector(larger, smaller, 0, 1, 10, 11, 4, 5, 14, 15);
+  other = __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
+  larger = v > other ? v : other, smaller = v > other ? other : v;
+  return __builtin_shufflevector(larger, smaller, 0, 9, 2, 11, 4, 13, 6, 15);
+}
 LB_INLINE std::size_t lowest(unsigned mask) {
   return static_cast<std::size_t>(std::countr_zero(mask));
 }

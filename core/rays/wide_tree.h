@@ -60,7 +60,6 @@ struct WideTree {
   static constexpr std::uint32_t kFilteredFlag = 0x80000000u;  // in ids: asks the filter
 
   bool empty = true;
-  bool large = false;                      // beyond the caches next to a core
   alignas(16) float reach[4] = {};         // largest |coordinate| of the boxes on each axis
   hierarchy::LargeVector<std::byte> data;  // and padding, so that vector loads stay inside
 
