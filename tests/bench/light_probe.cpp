@@ -2,7 +2,9 @@
 // of a case of analytic.json, or a CSV of points with reference irradiance (x,y,z,nx,ny,nz,r,g,b).
 //
 //   light_probe SCENE.glb [--target 0.02] [--sky NITS] [--texels D] [--points FILE.csv]
-//               [--analytic FILE.json] [--picture FILE.png]
+//               [--analytic FILE.json] [--picture FILE.png] [--save FILE] [--against FILE]
+//
+// --save writes the texels' irradiance (raw floats), --against compares with such a file.
 
 #include <cmath>
 #include <cstdio>
@@ -10,6 +12,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -81,6 +84,7 @@ int main(int argc, char** argv) {
   options.target_error = number("--target", 0.02);
   options.sky_nits = number("--sky", 0);
   options.texels_per_metre = number("--texels", 0);
+  options.seed = static_cast<std::uint64_t>(number("--seed", 1));
   double tolerance = 0.02;
   std::vector<Reference> points;
   if (option.contains("--points")) points = read_points(option["--points"]);
@@ -151,6 +155,34 @@ int main(int argc, char** argv) {
     }
   }
   if (!selected.empty()) return 0;
+  if (option.contains("--save")) {
+    const auto& texels = bake->baked.irradiance;
+    if (!write_file(option["--save"], std::as_bytes(std::span(texels))).ok()) return 1;
+  }
+  if (option.contains("--against")) {
+    const auto saved = read_file(option["--against"]);
+    std::vector<Rgb> truth(places->texels.texels.size());
+    if (!saved.ok() || saved->size() != truth.size() * sizeof(Rgb)) return 1;
+    std::memcpy(truth.data(), saved->data(), saved->size());
+    double off = 0, mean = 0, bias = 0, area = 0;
+    for (std::size_t t = 0; t < truth.size(); ++t) {
+      const double a = places->texels.surface_of(places->texels.texels[t]);
+      const Rgbd d = to_double(bake->baked.irradiance[t]) - to_double(truth[t]);
+      off += a * (d * d).sum() / 3;
+      bias += a * d.sum() / 3;
+      mean += a * to_double(truth[t]).sum() / 3;
+      area += a;
+    }
+    std::printf("against saved: relRMSE %.3f %% bias %+.3f %%\n",
+                100 * std::sqrt(off / area) / (mean / area), 100 * bias / mean);
+    if (option.contains("--brief")) {
+      for (const auto& stage : clock.stages()) {
+        std::printf("%-10s %7.3f s  %7.3f CPU s\n", stage.name.c_str(), stage.seconds,
+                    stage.cpu_seconds);
+      }
+      return 0;
+    }
+  }
   const auto pages = lightmap::make_pages(places->layout, places->texels, bake->baked.irradiance);
   const auto certificate = pipeline::certify(options, p, *places, *bake, clock, silent);
   for (const auto& stage : clock.stages()) {
