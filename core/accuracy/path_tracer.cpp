@@ -87,14 +87,15 @@ class PathTracer::Numbers {
 };
 
 PathTracer::PathTracer(const rays::Caster& caster, const optics::Optics& optics,
-                       const optics::Environment& sky)
+                       const optics::Environment& sky, bool punctual_direct)
     : caster_(&caster),
       optics_(&optics),
       sky_(&sky),
       lights_(optics.scene(), optics),
       lift_(optics::lift_of(optics.scene())),
       filtered_(optics.filtered_count() > 0),
-      sample_sky_(!sky.is_black() && !sky.is_uniform()) {}
+      sample_sky_(!sky.is_black() && !sky.is_uniform()),
+      punctual_direct_(punctual_direct) {}
 
 /// Cut away by an alpha mask: no surface there.
 bool PathTracer::is_hole(std::uint32_t triangle, float u, float v) const {
@@ -147,7 +148,8 @@ Rgb PathTracer::from_triangle(const Vertex& at, const LightTree::Pick& pick, Vec
 }
 
 /// Irradiance at a vertex from lights by next-event estimation (with its share of the weights).
-Rgb PathTracer::direct(const Vertex& at, Numbers& numbers, std::uint64_t& rays) const {
+Rgb PathTracer::direct(const Vertex& at, bool punctual, Numbers& numbers,
+                       std::uint64_t& rays) const {
   Rgb sum;
   if (!lights_.is_empty()) {
     const LightTree::Pick pick =
@@ -156,7 +158,7 @@ Rgb PathTracer::direct(const Vertex& at, Numbers& numbers, std::uint64_t& rays) 
     if (pick.probability > 0) {
       if (lights_.is_triangle(pick.light)) {
         sum += from_triangle(at, pick, random, rays);
-      } else {
+      } else if (punctual) {
         const Rgb e = lights_.punctual_irradiance(pick.light, at.frame.origin, at.frame.normal);
         if (!e.is_black()) {
           const Vec3f towards = lights_.position(pick.light) - at.frame.origin;
@@ -168,7 +170,7 @@ Rgb PathTracer::direct(const Vertex& at, Numbers& numbers, std::uint64_t& rays) 
   }
   for (const LightTree::Sun& sun : lights_.suns()) {
     const float cosine = dot(sun.towards, at.frame.normal);
-    if (!(cosine > 0)) continue;
+    if (!punctual || !(cosine > 0)) continue;
     sum +=
         sun.illuminance *
         visible(at, sun.towards, std::numeric_limits<float>::infinity(), rays::kNoTriangle, rays) *
@@ -226,8 +228,8 @@ Rgb PathTracer::trace(const SurfacePoint& start, Numbers& numbers, std::uint64_t
             start.triangle};
   Rgb weight{1, 1, 1};  // of irradiance at the vertex in irradiance at the start
   Rgb sum;
-  for (;;) {
-    sum += weight * direct(at, numbers, rays);
+  for (bool punctual = punctual_direct_;; punctual = true) {
+    sum += weight * direct(at, punctual, numbers, rays);
     const Vec3f local = cosine_hemisphere(numbers.direction());
     numbers.next_vertex();
     rays::Ray ray{at.frame.origin, Frame::about(at.frame.normal).to_world(local)};

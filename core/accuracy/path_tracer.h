@@ -44,8 +44,9 @@ struct PathSum {
 /// sheets. Thread-safe; results depend on the arguments alone.
 class PathTracer {
  public:
+  /// punctual_direct = false: what arrives from punctual lights without a bounce is left out.
   PathTracer(const rays::Caster& caster, const optics::Optics& optics,
-             const optics::Environment& sky);
+             const optics::Environment& sky, bool punctual_direct = true);
 
   /// Mean irradiance over the points of a source, by `samples` paths. Calls with different seeds
   /// are independent of each other.
@@ -59,7 +60,7 @@ class PathTracer {
   class Numbers;
 
   Rgb trace(const SurfacePoint& start, Numbers& numbers, std::uint64_t& rays) const;
-  Rgb direct(const Vertex& at, Numbers& numbers, std::uint64_t& rays) const;
+  Rgb direct(const Vertex& at, bool punctual, Numbers& numbers, std::uint64_t& rays) const;
   Rgb from_triangle(const Vertex& at, const LightTree::Pick& pick, Vec2f random,
                     std::uint64_t& rays) const;
   Rgb emitted(const rays::Hit& hit, float distance, const Vertex& from, float cosine) const;
@@ -75,6 +76,7 @@ class PathTracer {
   float lift_ = 0;
   bool filtered_ = false;
   bool sample_sky_ = false;
+  bool punctual_direct_ = true;
 };
 
 }  // namespace lightbatch::accuracy
