@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/base/bytes.h"
 #include "core/base/status.h"
@@ -42,5 +43,22 @@ Bytes encode_png(const Image8& image, bool alpha);
 /// row 0 on top: half float, or float where a value is beyond half float's 65504 (full sunlight is
 /// 100,000 lux). Deterministic bytes.
 Result<Bytes> encode_exr(const ImageRgb& image, std::span<const float> alpha);
+
+/// One layer of an OpenEXR image: channels NAME.R, NAME.G, NAME.B. Names without dots.
+struct ExrLayer {
+  std::string name;
+  ImageRgb image;
+};
+
+/// Float, ZIP compression; layers of one size, each name once. Deterministic bytes.
+Result<Bytes> encode_exr_layers(std::span<const ExrLayer> layers);
+/// All layers, by name. Errors as of decode_image_rgb.
+Result<std::vector<ExrLayer>> decode_exr_layers(std::span<const std::byte> bytes,
+                                                const std::string& place,
+                                                std::uint64_t max_pixels = std::uint64_t{1} << 26);
+/// Channel A, in [0, 1]; 1 where there is none.
+Result<std::vector<float>> decode_exr_alpha(std::span<const std::byte> bytes,
+                                            const std::string& place,
+                                            std::uint64_t max_pixels = std::uint64_t{1} << 26);
 
 }  // namespace lightbatch::image

@@ -1,66 +1,23 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <half.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <vector>
 
 #include "core/image/codecs.h"
+#include "core/image/exr_streams.h"
 #include "core/image/formats.h"
 
 namespace lightbatch::image {
 namespace {
 
 constexpr float kLargestHalf = 65504.0f;
-
-class SpanStream : public Imf::IStream {
- public:
-  explicit SpanStream(std::span<const std::byte> bytes) : IStream("image"), bytes_(bytes) {}
-
-  bool read(char c[], int n) override {
-    if (n < 0 || static_cast<std::uint64_t>(n) > bytes_.size() - offset_) {
-      throw std::runtime_error("the data ends too early");
-    }
-    std::memcpy(c, bytes_.data() + offset_, static_cast<std::size_t>(n));
-    offset_ += static_cast<std::size_t>(n);
-    return offset_ < bytes_.size();
-  }
-  std::uint64_t tellg() override { return offset_; }
-  void seekg(std::uint64_t position) override {
-    if (position > bytes_.size()) throw std::runtime_error("an offset lies past the end");
-    offset_ = static_cast<std::size_t>(position);
-  }
-
- private:
-  std::span<const std::byte> bytes_;
-  std::size_t offset_ = 0;
-};
-
-class BytesStream : public Imf::OStream {
- public:
-  BytesStream() : OStream("image") {}
-
-  void write(const char c[], int n) override {
-    const std::size_t count = static_cast<std::size_t>(n);
-    if (offset_ + count > bytes.size()) bytes.resize(offset_ + count);
-    std::memcpy(bytes.data() + offset_, c, count);
-    offset_ += count;
-  }
-  std::uint64_t tellp() override { return offset_; }
-  void seekp(std::uint64_t position) override { offset_ = static_cast<std::size_t>(position); }
-
-  Bytes bytes;
-
- private:
-  std::size_t offset_ = 0;
-};
 
 /// A slice that reads component `channel` of image (whose first pixel is at the data window's
 /// corner) as float. OpenEXR wants the address of pixel (0, 0), which may lie outside.

@@ -298,6 +298,38 @@ TEST(Exr, FloatWhereHalfDoesNotReach) {
   EXPECT_EQ(decoded->pixels, image.pixels);
 }
 
+TEST(Exr, LayersRoundTripExactly) {
+  std::vector<ExrLayer> layers{{"light_0", ImageRgb(3, 2)}, {"sky", ImageRgb(3, 2)}};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto value = static_cast<float>(i);
+    layers[0].image.pixels[i] = {value / 3, 1e6f * value, -value};
+    layers[1].image.pixels[i] = {7, value, 0};
+  }
+  const auto bytes = encode_exr_layers(layers);
+  ASSERT_TRUE(bytes.ok());
+  const auto back = decode_exr_layers(*bytes, "layers.exr");
+  ASSERT_TRUE(back.ok()) << back.status().to_string();
+  ASSERT_EQ(back->size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ((*back)[k].name, layers[k].name);
+    EXPECT_EQ((*back)[k].image.pixels, layers[k].image.pixels);
+  }
+  EXPECT_FALSE(decode_exr_layers(*bytes, "layers.exr", 5).ok());
+  layers[1].image = ImageRgb(2, 2);
+  EXPECT_FALSE(encode_exr_layers(layers).ok());
+  for (std::size_t size = 0; size < bytes->size(); size += 7) {
+    EXPECT_FALSE(decode_exr_layers(std::span(*bytes).first(size), "cut.exr").ok()) << size;
+  }
+}
+
+TEST(Exr, AlphaIsRead) {
+  const ImageRgb image(2, 2);
+  const std::vector<float> alpha{0, 0.25f, 0.5f, 1};
+  const auto read = decode_exr_alpha(*encode_exr(image, alpha), "alpha.exr");
+  ASSERT_TRUE(read.ok());
+  EXPECT_EQ(*read, alpha);
+}
+
 TEST(Exr, TruncationAndDamageNeverCrash) {
   const auto bytes = encode_exr(ImageRgb(8, 8), {});
   ASSERT_TRUE(bytes.ok());
