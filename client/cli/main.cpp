@@ -163,8 +163,7 @@ int run(int argc, char** argv) {
   auto* quote = add_job_command(app, words, "quote", "Expected error against expected time", true);
   auto* sweep =
       add_job_command(app, words, "sweep", "Bake at several errors; CSV, JSON, SVG", true);
-  sweep->add_option("--errors", words.job.errors, "Errors to bake at: 10%,5%,2%,1%,0.5%")
-      ->required();
+  sweep->add_option("--errors", words.job.errors, "Errors to bake at: 10%,5%,2%,1%,0.5%");
   sweep->get_option("--output")->required();
   auto* hierarchy = add_job_command(app, words, "hierarchy",
                                     "Quality and boxes of the bounding-volume hierarchy", false);
@@ -183,7 +182,11 @@ int run(int argc, char** argv) {
   add_common(*views, words);
   auto* relight = app.add_subcommand("relight", "New lights on an earlier bake");
   relight->add_option("BAKE", words.job.scene, "Folder of an earlier bake")->required();
-  relight->add_option("--lights", words.job.lights_file, "New intensities and colours (.json)")
+  relight
+      ->add_option("--lights", words.job.lights_file,
+                   "New values (.json): {\"lights\": {NAME: {\"intensity\": 80, \"color\": "
+                   "[1, 1, 1]}}, \"materials\": {NAME: {\"emissiveStrength\": 12, "
+                   "\"emissiveFactor\": [1, 1, 1]}}, \"sky\": 500}")
       ->required();
   relight->add_option("-o,--output", words.job.output, "Folder for the results")->required();
   relight->add_option("--threads", words.job.threads, "Threads")->check(CLI::Range(1, 1024));

@@ -39,9 +39,11 @@ struct BakeInput {
   const radiosity::Solution& solution;
   const atlas::Layout& layout;
   const atlas::TexelMap& texels;
-  bool indirect = true;        // anything comes from the hemisphere (sky or interreflection)
-  bool direct_lights = true;   // there are punctual lights or emitters
-  double mean_irradiance = 0;  // lux, area mean of the first stage: the scale of tolerances
+  bool indirect = true;         // anything comes from the hemisphere (sky or interreflection)
+  bool direct_lights = true;    // there are punctual lights or emitters
+  bool punctual_direct = true;  // false: viewers add the direct light of punctual lights themselves
+  double mean_irradiance = 0;   // lux, area mean of the first stage: the scale of tolerances
+  std::size_t groups = 0;       // of lights, to keep apart: as in SolverInput
   std::uint64_t seed = 1;
   /// Texels to bake (one flag each, from select_texels), or null for all; the others stay black.
   const std::vector<std::uint8_t>* selected = nullptr;
@@ -72,8 +74,9 @@ struct BakeCounts {
 };
 
 struct BakedTexels {
-  std::vector<Rgb> irradiance;  // lux, per texel of the TexelMap, all light
-  std::vector<Rgb> direct;      // lux, the part of punctual lights and emitters
+  std::vector<Rgb> irradiance;       // lux, per texel of the TexelMap, all light
+  std::vector<Rgb> direct;           // lux, the part of punctual lights and emitters
+  radiosity::GroupedLight by_group;  // lux, all light; empty: not asked
   BakeCounts counts;
   std::uint64_t direct_rays = 0;  // of counts.rays: shadow rays from texels
   double direct_seconds = 0;      // wall time of the direct part
@@ -83,11 +86,13 @@ struct BakedTexels {
 Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& settings,
                                 const Progress& progress);
 
-/// Direct light alone: lux per texel.
+/// Direct light alone: lux per texel; added to by_group, where it is not empty.
 std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& settings,
-                             BakeCounts& counts, const Progress& progress);
-/// Light from the hemisphere (interreflection and sky) alone: lux per texel.
+                             radiosity::GroupedLight& by_group, BakeCounts& counts,
+                             const Progress& progress);
+/// Light from the hemisphere (interreflection and sky) alone; the same.
 std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
-                               BakeCounts& counts, const Progress& progress);
+                               radiosity::GroupedLight& by_group, BakeCounts& counts,
+                               const Progress& progress);
 
 }  // namespace lightbatch::lightmap

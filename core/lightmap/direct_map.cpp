@@ -49,13 +49,13 @@ float visible_share(const EmitterPart& p) {
 /// Evens out the noise of visibility between refined neighbours: the share becomes the mean over
 /// opposite pairs of neighbours (which keeps gradients), where all differ by no more than noise of
 /// the samples explains; edges sharper than that stay as they are.
-std::vector<Rgb> smooth_visibility(const BakeInput& input, const std::vector<EmitterPart>& parts,
-                                   const std::vector<Refine>& refine) {
-  std::vector<Rgb> smooth(parts.size());
+/// The factor of what arrives, per texel.
+std::vector<float> smooth_visibility(const BakeInput& input, const std::vector<EmitterPart>& parts,
+                                     const std::vector<Refine>& refine) {
+  std::vector<float> factor(parts.size(), 1.0f);
   parallel_for(parts.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto t = static_cast<std::uint32_t>(i);
-      smooth[t] = parts[t].arrives;
       const float own = visible_share(parts[t]);
       if (!refine[t].emitters || !(own > 0)) continue;
       const auto at = neighbourhood(input.texels, input.layout, t);
@@ -71,16 +71,17 @@ std::vector<Rgb> smooth_visibility(const BakeInput& input, const std::vector<Emi
         sum += va + vb;
         weight += 2;
       }
-      smooth[t] = parts[t].arrives * (sum / weight / own);
+      factor[t] = sum / weight / own;
     }
   });
-  return smooth;
+  return factor;
 }
 
 }  // namespace
 
 std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& settings,
-                             BakeCounts& counts, const Progress& progress) {
+                             radiosity::GroupedLight& by_group, BakeCounts& counts,
+                             const Progress& progress) {
   const std::size_t count = input.texels.texels.size();
   std::vector<Rgb> direct(count);
   if (!input.direct_lights || count == 0) return direct;
@@ -88,6 +89,8 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
   const bool few_lights = input.direct.sources().punctual().size() <= kFewLights;
   std::vector<DirectPilot> pilots(count);
   std::vector<EmitterPart> emitters(count);
+  radiosity::GroupedLight of_emitters(by_group.is_empty() ? 0 : count, by_group.groups());
+  radiosity::GroupedLight of_punctual = of_emitters;
   std::vector<BakeCounts> block((count + kGrain - 1) / kGrain);
   const auto for_texels = [&](const auto& visit) {
     parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -102,8 +105,10 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
     const auto at = neighbourhood(input.texels, input.layout, t);
     const bool border = std::find(at.begin(), at.end(), scene::kNone) != at.end();
     pilots[t].thorough = border || few_lights;
-    emitters[t] = measure.pilot_emitters(t, pilots[t], c);
-    direct[t] = measure.pilot_punctual(t, pilots[t], c);
+    emitters[t] = measure.pilot_emitters(t, pilots[t], of_emitters.of(t), c);
+    if (input.punctual_direct) {
+      direct[t] = measure.pilot_punctual(t, pilots[t], of_punctual.of(t), c);
+    }
   });
   std::vector<Refine> refine(count);
   for_texels([&](std::uint32_t t, BakeCounts& c) {
@@ -114,11 +119,18 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
       refine[t].emitters = false;
     }
     if (refine[t].emitters || refine[t].punctual) ++c.refined_texels;
-    if (refine[t].emitters) emitters[t] = measure.refined_emitters(t, emitters[t].open, c);
-    if (refine[t].punctual) direct[t] = measure.refined_punctual(t, c);
+    if (refine[t].emitters) {
+      emitters[t] = measure.refined_emitters(t, emitters[t].open, of_emitters.of(t), c);
+    }
+    if (refine[t].punctual) direct[t] = measure.refined_punctual(t, of_punctual.of(t), c);
   });
-  const std::vector<Rgb> emitted = smooth_visibility(input, emitters, refine);
-  for (std::size_t t = 0; t < count; ++t) direct[t] += emitted[t];
+  const std::vector<float> factor = smooth_visibility(input, emitters, refine);
+  for (std::size_t t = 0; t < count; ++t) {
+    direct[t] += emitters[t].arrives * factor[t];
+    for (std::size_t g = 0; g < by_group.groups(); ++g) {
+      by_group.of(t)[g] += of_punctual.of(t)[g] + of_emitters.of(t)[g] * factor[t];
+    }
+  }
   for (const BakeCounts& c : block) counts += c;
   return direct;
 }

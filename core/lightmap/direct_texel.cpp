@@ -65,7 +65,8 @@ int DirectTexel::samples_for(double open, double constant, int most) const {
 }
 
 EmitterPart DirectTexel::emitters(std::uint32_t t, std::uint32_t wanted, int rays,
-                                  VisibilitySum& seen, BakeCounts& counts) const {
+                                  std::span<Rgb> by_group, VisibilitySum& seen,
+                                  BakeCounts& counts) const {
   const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
   const std::uint32_t stride = stride_for(points, wanted);
   const std::uint32_t used = (points.count + stride - 1) / stride;
@@ -74,6 +75,7 @@ EmitterPart DirectTexel::emitters(std::uint32_t t, std::uint32_t wanted, int ray
   const auto negligible =
       static_cast<float>(kNegligible * settings_.direct_error * input_.mean_irradiance);
   Rgbd arrives, open;
+  std::fill(by_group.begin(), by_group.end(), Rgb{});
   for (std::uint32_t i = 0; i < used; ++i) {
     const Receiver at = receiver_at(input_.scene, input_.layout, spread_point(points, stride, i),
                                     input_.direct.lift());
@@ -81,8 +83,14 @@ EmitterPart DirectTexel::emitters(std::uint32_t t, std::uint32_t wanted, int ray
     const EmitterTerms terms = input_.direct.emitter_terms(
         at, {item_seed(input_.seed, t, 200), turn}, counts.rays, negligible);
     if (terms.count == 0) continue;
+    radiosity::GroupVisibility visibility;
     const VisibilitySum own = input_.direct.emitter_visibility(
-        at, terms, rays_each, i * static_cast<std::uint32_t>(rays_each), seed, counts.rays);
+        at, terms, rays_each, i * static_cast<std::uint32_t>(rays_each), seed, counts.rays,
+        by_group.empty() ? nullptr : &visibility);
+    if (!by_group.empty()) {
+      input_.direct.split_emitters(terms, own.share(), visibility, 1.0f / static_cast<float>(used),
+                                   by_group);
+    }
     arrives += to_double(terms.total * own.share());
     open += to_double(terms.total);
     seen.add(own);
@@ -94,10 +102,11 @@ EmitterPart DirectTexel::emitters(std::uint32_t t, std::uint32_t wanted, int ray
 }
 
 EmitterPart DirectTexel::pilot_emitters(std::uint32_t t, DirectPilot& pilot,
-                                        BakeCounts& counts) const {
+                                        std::span<Rgb> by_group, BakeCounts& counts) const {
   VisibilitySum seen;
   const int rays = std::clamp(settings_.pilot_rays, 1, 16);
-  const EmitterPart part = emitters(t, static_cast<std::uint32_t>(rays), rays, seen, counts);
+  const EmitterPart part =
+      emitters(t, static_cast<std::uint32_t>(rays), rays, by_group, seen, counts);
   pilot.measured = true;
   if (!part.open.is_black()) {
     pilot.emitters = seen.none()   ? DirectPilot::kDark
@@ -107,16 +116,18 @@ EmitterPart DirectTexel::pilot_emitters(std::uint32_t t, DirectPilot& pilot,
   return part;
 }
 
-EmitterPart DirectTexel::refined_emitters(std::uint32_t t, const Rgb& open,
+EmitterPart DirectTexel::refined_emitters(std::uint32_t t, const Rgb& open, std::span<Rgb> by_group,
                                           BakeCounts& counts) const {
   VisibilitySum seen;
   const int rays =
       std::max(8, samples_for(static_cast<double>(open.max()), kEdgeError, kMostEmitterRays));
-  return emitters(t, static_cast<std::uint32_t>(std::min(rays, 16)), rays, seen, counts);
+  return emitters(t, static_cast<std::uint32_t>(std::min(rays, 16)), rays, by_group, seen, counts);
 }
 
-Rgb DirectTexel::pilot_punctual(std::uint32_t t, DirectPilot& pilot, BakeCounts& counts) const {
+Rgb DirectTexel::pilot_punctual(std::uint32_t t, DirectPilot& pilot, std::span<Rgb> by_group,
+                                BakeCounts& counts) const {
   Rgbd sum;
+  std::fill(by_group.begin(), by_group.end(), Rgb{});
   if (lights_.empty()) return {};
   const atlas::Texel& texel = input_.texels.texels[t];
   const TexelPoints points = texel_points(input_.texels, texel);
@@ -152,7 +163,9 @@ Rgb DirectTexel::pilot_punctual(std::uint32_t t, DirectPilot& pilot, BakeCounts&
     }
     pilot.punctual_mixed = pilot.punctual_mixed || mixed;
     hash = hash * 0x9e3779b1u + (share.is_black() ? 2 : 3);
-    sum += open * to_double(share);
+    const Rgbd arrives = open * to_double(share);
+    sum += arrives;
+    if (!by_group.empty()) by_group[light.group] += to_float(arrives / static_cast<double>(used));
   }
   pilot.punctual = hash;
   return to_float(sum / static_cast<double>(used));
@@ -200,10 +213,16 @@ Rgbd DirectTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& p
   return total / static_cast<double>(points.count);
 }
 
-Rgb DirectTexel::refined_punctual(std::uint32_t t, BakeCounts& counts) const {
+Rgb DirectTexel::refined_punctual(std::uint32_t t, std::span<Rgb> by_group,
+                                  BakeCounts& counts) const {
+  std::fill(by_group.begin(), by_group.end(), Rgb{});
   const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
   Rgbd total;
-  for (std::size_t l = 0; l < lights_.size(); ++l) total += one_light(t, l, points, counts);
+  for (std::size_t l = 0; l < lights_.size(); ++l) {
+    const Rgbd arrives = one_light(t, l, points, counts);
+    total += arrives;
+    if (!by_group.empty()) by_group[lights_[l].group] += to_float(arrives);
+  }
   return to_float(total);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "core/lightmap/bake.h"
 #include "core/lightmap/texel_points.h"
@@ -26,22 +27,26 @@ struct EmitterPart {
 
 /// Measures direct light at texels. Unoccluded irradiance is exact (polygons, formulas), only
 /// visibility is sampled; the number of samples follows from what an error of visibility costs
-/// against the scene's mean irradiance. Thread-safe.
+/// against the scene's mean irradiance. by_group, where it is not empty, is set to what arrives
+/// from each light group. Thread-safe.
 class DirectTexel {
  public:
   DirectTexel(const BakeInput& input, const GatherSettings& settings);
 
-  EmitterPart pilot_emitters(std::uint32_t t, DirectPilot& pilot, BakeCounts& counts) const;
-  Rgb pilot_punctual(std::uint32_t t, DirectPilot& pilot, BakeCounts& counts) const;
+  EmitterPart pilot_emitters(std::uint32_t t, DirectPilot& pilot, std::span<Rgb> by_group,
+                             BakeCounts& counts) const;
+  Rgb pilot_punctual(std::uint32_t t, DirectPilot& pilot, std::span<Rgb> by_group,
+                     BakeCounts& counts) const;
 
   /// open: unoccluded irradiance as the pilot found it, lux.
-  EmitterPart refined_emitters(std::uint32_t t, const Rgb& open, BakeCounts& counts) const;
+  EmitterPart refined_emitters(std::uint32_t t, const Rgb& open, std::span<Rgb> by_group,
+                               BakeCounts& counts) const;
   /// Mean over the texel; where a shadow's edge runs, only the sixteenths of the texel that it
   /// touches are sampled on.
-  Rgb refined_punctual(std::uint32_t t, BakeCounts& counts) const;
+  Rgb refined_punctual(std::uint32_t t, std::span<Rgb> by_group, BakeCounts& counts) const;
 
  private:
-  EmitterPart emitters(std::uint32_t t, std::uint32_t wanted, int rays,
+  EmitterPart emitters(std::uint32_t t, std::uint32_t wanted, int rays, std::span<Rgb> by_group,
                        radiosity::VisibilitySum& seen, BakeCounts& counts) const;
   Rgbd one_light(std::uint32_t t, std::size_t light, const TexelPoints& points,
                  BakeCounts& counts) const;

@@ -82,8 +82,12 @@ Gather::Gather(const BakeInput& input, const GatherSettings& settings)
   });
 }
 
-Rgb Gather::read(ElementId e, const rays::Hit& hit, BakeCounts& counts) const {
+Rgb Gather::read(ElementId e, const rays::Hit& hit, const Split& split, BakeCounts& counts) const {
   const radiosity::Solution& solution = input_.solution;
+  if (split.asked()) {
+    const auto unresolved = solution.unresolved_by_group.of(e);
+    for (std::size_t g = 0; g < unresolved.size(); ++g) split.add(g, unresolved[g]);
+  }
   if (solution.light_state.empty()) return solution.radiosity[e];
   const std::uint16_t states = solution.light_state[e];
   if (states == 0) return solution.unresolved[e];
@@ -97,15 +101,17 @@ Rgb Gather::read(ElementId e, const rays::Hit& hit, BakeCounts& counts) const {
     const auto& light = input_.direct.sources().punctual()[solution.resolved[k]];
     const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
     if (open.is_black()) continue;
-    direct += state == LightState::kLit
-                  ? open
-                  : open * input_.direct.punctual_visibility(at, light, counts.rays);
+    const Rgb arrives = state == LightState::kLit
+                            ? open
+                            : open * input_.direct.punctual_visibility(at, light, counts.rays);
+    direct += arrives;
+    if (split.asked()) split.add(light.group, input_.elements.reflectance(e) * arrives);
   }
   return solution.unresolved[e] + input_.elements.reflectance(e) * direct;
 }
 
 Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numbers, int depth,
-                          BakeCounts& counts) const {
+                          const Split& split, BakeCounts& counts) const {
   ++counts.deeper_gathers;
   const Receiver at{optics::surface_frame(input_.scene, hit.triangle, hit.u, hit.v, hit.back,
                                           input_.direct.lift()),
@@ -117,41 +123,50 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numb
     if (!(random.next_float() < survival)) return {};
     reflectance = reflectance * (1.0f / survival);
   }
+  const Split own = split.times(reflectance);
   Rgb irradiance{};
   for (const auto& light : input_.direct.sources().punctual()) {
     const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
-    if (!open.is_black()) {
-      irradiance += open * input_.direct.punctual_visibility(at, light, counts.rays);
-    }
+    if (open.is_black()) continue;
+    const Rgb arrives = open * input_.direct.punctual_visibility(at, light, counts.rays);
+    irradiance += arrives;
+    if (own.asked()) own.add(light.group, arrives);
   }
   const Vec2f on_emitter{random.next_float(), random.next_float()};
-  irradiance +=
+  const auto emitted =
       input_.direct.sampled_emitters(at, kWorthAsking * static_cast<float>(input_.mean_irradiance),
                                      random.next_double(), on_emitter, counts.rays);
+  irradiance += emitted.irradiance;
+  if (own.asked()) own.add(emitted.group, emitted.irradiance);
   const Vec3f direction =
       Frame::about(at.frame.normal).to_world(cosine_hemisphere(numbers.direction));
   const Numbers next{random.next_u64(), {random.next_float(), random.next_float()}};
   radiosity::walk_hemisphere_ray(
       input_.optics, input_.caster, {at.frame.origin, direction}, at.triangle, counts.rays,
       [&](const rays::Hit& further, const Rgb& weight) {
-        irradiance += weight * seen(further, further.t, next, depth + 1, counts);
+        irradiance += weight * seen(further, further.t, next, depth + 1, own.times(weight), counts);
       },
-      [&](const Rgb& weight) { irradiance += weight * input_.sky.radiance(direction) * kPi; });
+      [&](const Rgb& weight) {
+        const Rgb sky = weight * input_.sky.radiance(direction) * kPi;
+        irradiance += sky;
+        if (own.asked()) own.add(own.by_group.size() - 1, sky);
+      });
   return reflectance * irradiance;
 }
 
 Rgb Gather::seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,
-                 BakeCounts& counts) const {
+                 const Split& split, BakeCounts& counts) const {
   const ElementId e = input_.lookup.at(hit);
   if (e == radiosity::kNoElement) return {};
   if (depth < kMaxDepth && distance < near_[e] * (depth == 0 ? 1.0f : kLaterReach)) {
-    return gather_deeper(e, hit, numbers, depth, counts);
+    return gather_deeper(e, hit, numbers, depth, split, counts);
   }
-  return read(e, hit, counts);
+  return read(e, hit, split, counts);
 }
 
 Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint32_t seed,
-                                 BakeCounts& counts) const {
+                                 std::span<Rgb> by_group, BakeCounts& counts) const {
+  const Split split{by_group};
   const OwenSobol8 sequence(seed);
   Rgbd sum, first_half;
   double inverse_distance = 0;
@@ -177,15 +192,18 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
         input_.optics, input_.caster, {from.frame.origin, direction}, from.triangle, counts.rays,
         [&](const rays::Hit& hit, const Rgb& weight) {
           inverse_distance += 1.0 / std::max(1e-30, static_cast<double>(hit.t));
-          sum += to_double(weight * seen(hit, hit.t, numbers, 0, counts));
+          sum += to_double(weight * seen(hit, hit.t, numbers, 0, split.times(weight), counts));
         },
         [&](const Rgb& weight) {
-          sum += to_double(weight * input_.sky.radiance(direction) * kPi);
+          const Rgb sky = weight * input_.sky.radiance(direction) * kPi;
+          sum += to_double(sky);
+          if (split.asked()) split.add(by_group.size() - 1, sky);
         });
   }
   Value value;
   const auto taken = static_cast<double>(wanted);
   value.irradiance = to_float(sum / taken);
+  for (Rgb& part : by_group) part = part * static_cast<float>(1 / taken);
   const double difference = ((sum - first_half) / (taken - static_cast<double>(half)) -
                              first_half / std::max(1.0, static_cast<double>(half)))
                                 .sum() /

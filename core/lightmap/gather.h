@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/lightmap/bake.h"
@@ -24,8 +25,9 @@ class Gather {
     float variance = 0;  // of the mean of the channels, from the two halves of the rays
     float distance = 0;  // harmonic mean length of the rays, metres; infinite when all escape
   };
-  /// seed must differ between texels; rays >= 1.
-  Value operator()(const TexelPoints& points, int rays, std::uint32_t seed,
+  /// seed must differ between texels; rays >= 1. by_group: gets the irradiance of each light group;
+  /// empty: not asked.
+  Value operator()(const TexelPoints& points, int rays, std::uint32_t seed, std::span<Rgb> by_group,
                    BakeCounts& counts) const;
 
  private:
@@ -34,12 +36,21 @@ class Gather {
     std::uint64_t seed = 0;
     Vec2f direction;
   };
+  /// Where what is read goes by light group: weight is that of what is read in the texel's sum.
+  struct Split {
+    std::span<Rgb> by_group;
+    Rgb weight{1, 1, 1};
+    bool asked() const { return !by_group.empty(); }
+    void add(std::size_t group, const Rgb& light) const { by_group[group] += weight * light; }
+    Split times(const Rgb& factor) const { return {by_group, weight * factor}; }
+  };
   /// Radiosity seen at a hit, lm/m2.
   Rgb seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,
+           const Split& split, BakeCounts& counts) const;
+  Rgb read(radiosity::ElementId e, const rays::Hit& hit, const Split& split,
            BakeCounts& counts) const;
-  Rgb read(radiosity::ElementId e, const rays::Hit& hit, BakeCounts& counts) const;
   Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, const Numbers& numbers, int depth,
-                    BakeCounts& counts) const;
+                    const Split& split, BakeCounts& counts) const;
 
   const BakeInput& input_;
   const GatherSettings& settings_;

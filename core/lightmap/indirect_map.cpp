@@ -60,10 +60,12 @@ void for_each_block(const atlas::Layout& layout, int step, Visit visit) {
 
 class IndirectMap {
  public:
-  IndirectMap(const BakeInput& input, const GatherSettings& settings, BakeCounts& counts,
-              const Progress& progress)
+  IndirectMap(const BakeInput& input, const GatherSettings& settings,
+              radiosity::GroupedLight& by_group, BakeCounts& counts, const Progress& progress)
       : input_(input),
         settings_(settings),
+        total_by_group_(by_group),
+        by_group_(by_group.is_empty() ? 0 : input.texels.texels.size(), by_group.groups()),
         counts_(counts),
         progress_(progress),
         gather_(input, settings),
@@ -89,10 +91,11 @@ class IndirectMap {
       want(t, rest);
     }
     if (!progress_.cancelled()) compute(rest);
-    smooth_gathered(input_.layout, input_.texels, settings_.reach, texel_);
+    smooth_gathered(input_.layout, input_.texels, settings_.reach, texel_, by_group_);
     for (const Block& b : filled_) fill(b);
     std::vector<Rgb> irradiance(texel_.size());
     for (std::size_t t = 0; t < texel_.size(); ++t) irradiance[t] = texel_[t].irradiance;
+    total_by_group_ += by_group_;
     return irradiance;
   }
 
@@ -200,7 +203,7 @@ class IndirectMap {
         const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
         const Gather::Value v =
             gather_(points, rays_of(t), static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)),
-                    block[begin / kGrain]);
+                    by_group_.of(t), block[begin / kGrain]);
         texel_[t].irradiance = v.irradiance;
         texel_[t].variance = v.variance;
         texel_[t].normal =
@@ -264,7 +267,9 @@ class IndirectMap {
     }
     const int xm = (b.x0 + b.x1) / 2;
     const int ym = (b.y0 + b.y1) / 2;
-    const Rgb guess = bilinear(b, corner, xm, ym);
+    const std::array<float, 4> share = shares(b, xm, ym);
+    Rgb guess{};
+    for (std::size_t i = 0; i < 4; ++i) guess += texel_[corner[i]].irradiance * share[i];
     const std::uint32_t middle = texel_at(b, xm, ym);
     const Rgb off = texel_[middle].irradiance - guess;
     const float worst = std::max({std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
@@ -276,13 +281,13 @@ class IndirectMap {
     return worst * worst <= kDeviations * kDeviations * variance;
   }
 
-  Rgb bilinear(const Block& b, const std::array<std::uint32_t, 4>& corner, int x, int y) const {
+  /// Of the corners, in a bilinear mean at a texel.
+  static std::array<float, 4> shares(const Block& b, int x, int y) {
     const float s =
         b.x1 > b.x0 ? static_cast<float>(x - b.x0) / static_cast<float>(b.x1 - b.x0) : 0;
     const float t =
         b.y1 > b.y0 ? static_cast<float>(y - b.y0) / static_cast<float>(b.y1 - b.y0) : 0;
-    const auto value = [&](std::size_t i) { return texel_[corner[i]].irradiance; };
-    return (value(0) * (1 - s) + value(1) * s) * (1 - t) + (value(2) * (1 - s) + value(3) * s) * t;
+    return {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
   }
 
   void fill(const Block& b) {
@@ -292,7 +297,15 @@ class IndirectMap {
       for (int x = b.x0; x <= b.x1; ++x) {
         const std::uint32_t t = texel_at(b, x, y);
         if (state_[t] != kUnknown && state_[t] != kShared) continue;
-        texel_[t].irradiance = bilinear(b, corner, x, y);
+        const std::array<float, 4> share = shares(b, x, y);
+        texel_[t].irradiance = {};
+        for (Rgb& part : by_group_.of(t)) part = {};
+        for (std::size_t i = 0; i < 4; ++i) {
+          texel_[t].irradiance += texel_[corner[i]].irradiance * share[i];
+          for (std::size_t g = 0; g < by_group_.groups(); ++g) {
+            by_group_.of(t)[g] += by_group_.of(corner[i])[g] * share[i];
+          }
+        }
         state_[t] = kShared;
       }
     }
@@ -300,6 +313,8 @@ class IndirectMap {
 
   const BakeInput& input_;
   const GatherSettings& settings_;
+  radiosity::GroupedLight& total_by_group_;
+  radiosity::GroupedLight by_group_;  // the hemisphere's
   BakeCounts& counts_;
   const Progress& progress_;
   Gather gather_;
@@ -341,9 +356,10 @@ std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas
 }
 
 std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
-                               BakeCounts& counts, const Progress& progress) {
+                               radiosity::GroupedLight& by_group, BakeCounts& counts,
+                               const Progress& progress) {
   if (!input.indirect) return std::vector<Rgb>(input.texels.texels.size());
-  return IndirectMap(input, settings, counts, progress).run();
+  return IndirectMap(input, settings, by_group, counts, progress).run();
 }
 
 Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& settings,
@@ -352,13 +368,15 @@ Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& se
   baked.counts.texels = input.texels.texels.size();
   progress.report("direct", 0);
   const auto began = std::chrono::steady_clock::now();
-  baked.direct = bake_direct(input, settings, baked.counts, progress);
+  baked.by_group =
+      radiosity::GroupedLight(input.groups > 0 ? input.texels.texels.size() : 0, input.groups);
+  baked.direct = bake_direct(input, settings, baked.by_group, baked.counts, progress);
   baked.direct_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   baked.direct_rays = baked.counts.rays.cast();
   if (progress.cancelled()) return cancelled();
   progress.report("gather", 0);
-  baked.irradiance = bake_indirect(input, settings, baked.counts, progress);
+  baked.irradiance = bake_indirect(input, settings, baked.by_group, baked.counts, progress);
   if (progress.cancelled()) return cancelled();
   for (std::size_t t = 0; t < baked.direct.size(); ++t) baked.irradiance[t] += baked.direct[t];
   return baked;

@@ -6,6 +6,7 @@
 #include "core/atlas/texels.h"
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
+#include "core/radiosity/light_groups.h"
 
 namespace lightbatch::lightmap {
 
@@ -24,8 +25,8 @@ struct GatheredTexel {
 /// texels that with it make a straight line, as far as the noise tells. Pairs keep gradients; what
 /// bends by more than noise stays as it is. Repeated at 1, 2, 4 and 8 texels apart (a trous, as
 /// Dammertz et al. 2010), the farther ones only where that is at most `reach` harmonic mean
-/// distances.
+/// distances. by_group (empty: not asked) goes through the same means.
 void smooth_gathered(const atlas::Layout& layout, const atlas::TexelMap& map, double reach,
-                     std::vector<GatheredTexel>& texels);
+                     std::vector<GatheredTexel>& texels, radiosity::GroupedLight& by_group);
 
 }  // namespace lightbatch::lightmap

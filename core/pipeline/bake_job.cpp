@@ -12,6 +12,7 @@
 #include "core/pipeline/artifacts.h"
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/jobs.h"
+#include "core/pipeline/light_groups_json.h"
 #include "core/pipeline/light_stage.h"
 #include "core/pipeline/pilot.h"
 #include "core/pipeline/plan_cost.h"
@@ -39,6 +40,7 @@ struct Made {
   LightBake light;
   std::vector<lightmap::PageImage> pages;
   std::vector<lightmap::EncodedPage> encoded;
+  std::vector<GroupEntry> groups;
   batches::BatchPlan plan;
 };
 
@@ -132,6 +134,27 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
                        glb);
 }
 
+/// light_groups_K.exr: the part of each light group in page K, lux. Where all light is of one
+/// source there are none.
+Status write_light_groups(const Made& made, Artifacts& artifacts) {
+  const radiosity::GroupedLight& by_group = made.light.baked.by_group;
+  if (by_group.is_empty()) return {};
+  std::vector<std::vector<image::ExrLayer>> layers(made.pages.size());
+  std::vector<Rgb> part(made.light.baked.irradiance.size());
+  for (std::size_t g = 0; g < made.groups.size(); ++g) {
+    for (std::size_t t = 0; t < part.size(); ++t) part[t] = by_group.of(t)[g];
+    auto pages = lightmap::make_pages(made.places.layout, made.places.texels, part);
+    for (std::size_t k = 0; k < pages.size(); ++k) {
+      layers[k].push_back({made.groups[g].layer, std::move(pages[k].irradiance)});
+    }
+  }
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    LB_ASSIGN_OR_RETURN(const Bytes exr, image::encode_exr_layers(layers[k]));
+    LB_RETURN_IF_ERROR(artifacts.add(light_groups_file(k), exr));
+  }
+  return {};
+}
+
 std::vector<report::Picture> pictures(const JobOptions& options, const Prepared& p,
                                       const Made& made) {
   std::vector<report::Picture> list;
@@ -210,6 +233,8 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     LB_RETURN_IF_ERROR(bake_pages(options, p, made, report, clock, progress));
     report["radiosity"] = report_radiosity(made.light);
     report["lightmaps"] = report_lightmaps(made.places, made.light.baked.counts, made.encoded);
+    made.groups = group_entries(options, p, made.light.groups);
+    for (const GroupEntry& entry : made.groups) report["light_groups"].push_back(to_json(entry));
     set_costs(p.effects, *p.scene, made.light);
     report_counters(report, p.effects, made.light);
     LB_ASSIGN_OR_RETURN(const accuracy::Certificate certificate,
@@ -236,6 +261,7 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     LB_ASSIGN_OR_RETURN(const Bytes exr, lightmap::encode_exr(made.pages[i]));
     LB_RETURN_IF_ERROR(artifacts.add("lightmap_" + std::to_string(i) + ".exr", exr));
   }
+  LB_RETURN_IF_ERROR(write_light_groups(made, artifacts));
   const std::vector<report::Picture> shown = pictures(options, p, made);
   clock.stop();
   report_stages(report, clock);

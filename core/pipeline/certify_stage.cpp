@@ -63,6 +63,10 @@ double bake_rays(const LightBake& light) {
   return static_cast<double>(light.baked.counts.rays.cast() + light.radiosity.rays.cast());
 }
 
+accuracy::PathTracer tracer_of(const JobOptions& options, const Prepared& p) {
+  return {*p.caster, *p.optics, p.sky, options.lights == LightsPolicy::kRemove};
+}
+
 /// Bounces that a path takes on average, 1 / (1 - rho) with the area mean of rho.
 double mean_bounces(const Prepared& p) {
   double reflected = 0, area = 0;
@@ -93,7 +97,7 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
                                       StageClock& clock, const Progress& progress) {
   clock.start("certify");
   progress.report("certify", 0);
-  const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
+  const accuracy::PathTracer tracer = tracer_of(options, p);
   const auto probes = draw_probes(places, light, options.seed);
   accuracy::CertificateOptions certificate_options;
   certificate_options.target = p.target_error;
@@ -119,7 +123,7 @@ Result<BorderChecks> check_borders(const JobOptions& options, const Prepared& p,
   leak_options.seed = item_seed(options.seed, 4, 34);
   checks.seams = accuracy::measure_seams(*p.scene, *p.caster, places.layout, places.texels, pages,
                                          leak_options.mean_irradiance);
-  const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
+  const accuracy::PathTracer tracer = tracer_of(options, p);
   LB_ASSIGN_OR_RETURN(
       checks.leaks, accuracy::find_leaks(tracer, *p.caster, *p.scene, places.layout, places.texels,
                                          pages, leak_options, progress));
@@ -140,7 +144,7 @@ Result<PilotTruth> judge_pilot(const JobOptions& options, const Prepared& p,
   all.target = 1e-6;  // never reached: the whole budget is spent
   all.max_paths = paths;
   all.seed = item_seed(options.seed, 2, 33);
-  const accuracy::PathTracer tracer(*p.caster, *p.optics, p.sky);
+  const accuracy::PathTracer tracer = tracer_of(options, p);
   const auto probes = draw_probes(places, light, item_seed(options.seed, 3, 33), &selected);
   const StageClock clock;
   LB_ASSIGN_OR_RETURN(const accuracy::Certificate run,

@@ -79,8 +79,7 @@ Result<JobOutcome> run_job(const JobOptions& options, const JobInput& input,
       case JobKind::kViews:
         return run_views(options, input, output, progress);
       case JobKind::kRelight:
-        return Status(StatusCode::kUnimplemented, "RELIGHT_UNSUPPORTED",
-                      "this version cannot relight; bake again with the new lights");
+        return run_relight(options, input, output, progress);
     }
   } catch (const std::bad_alloc&) {
     return over_budget(input.scene, "the job needs more memory than it may use");

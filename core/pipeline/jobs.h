@@ -21,6 +21,10 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
 Result<JobOutcome> run_hierarchy(const JobOptions& options, const JobInput& input,
                                  const std::filesystem::path& output, const Progress& progress);
 
+/// The artifacts of a bake for other lights: input.files are those of the bake.
+Result<JobOutcome> run_relight(const JobOptions& options, const JobInput& input,
+                               const std::filesystem::path& output, const Progress& progress);
+
 /// views.json: draws and triangles of the scene and of other files, from the same views.
 Result<JobOutcome> run_views(const JobOptions& options, const JobInput& input,
                              const std::filesystem::path& output, const Progress& progress);

@@ -1,5 +1,6 @@
 #include "core/pipeline/light_stage.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -57,9 +58,9 @@ struct FirstStage {
   FirstStage(const FirstStage&) = delete;
   FirstStage& operator=(const FirstStage&) = delete;
 
-  Status solve(const Prepared& p, bool linked, const Progress& progress) {
-    const radiosity::SolverInput input{*p.scene, p.tree, *p.optics, *p.caster,
-                                       elements, direct, p.sky,     lookup};
+  Status solve(const Prepared& p, bool linked, std::size_t groups, const Progress& progress) {
+    const radiosity::SolverInput input{*p.scene, p.tree, *p.optics, *p.caster, elements,
+                                       direct,   p.sky,  lookup,    groups};
     LB_ASSIGN_OR_RETURN(solution, linked ? radiosity::solve_linked(input, options, progress)
                                          : radiosity::solve_stored_rays(input, options, progress));
     return {};
@@ -93,6 +94,16 @@ double mean_over_texels(const Prepared& p, const LightmapPlaces& places, const F
   return area > 0 ? sum / area : 0;
 }
 
+/// Memory that light by group may take.
+constexpr std::uint64_t kMostGroupedBytes = std::uint64_t{1} << 30;
+
+/// Of the lights and the sky.
+std::vector<radiosity::LightGroup> groups_of(const radiosity::LightSources& sources) {
+  std::vector<radiosity::LightGroup> groups = sources.groups();
+  groups.push_back({radiosity::LightGroup::Kind::kSky, 0, "sky", {1, 1, 1}});
+  return groups;
+}
+
 /// Light in front of a chart below this share of that behind: the front is closed off.
 constexpr double kClosedOff = 0.002;
 /// Nominal error of the first stage that tells: only light and darkness are asked.
@@ -111,7 +122,7 @@ Status choose_sides(const JobOptions& options, const Prepared& p, LightmapPlaces
   if (!any) return {};
   FirstStage first(
       p, accuracy::settings_for(kRoughRung, measure_for_settings(p, places), options.seed));
-  LB_RETURN_IF_ERROR(first.solve(p, false, progress));
+  LB_RETURN_IF_ERROR(first.solve(p, false, 0, progress));
   std::vector<double> front(places.layout.charts.size()), behind(front.size());
   std::vector<std::uint8_t> one_sided(front.size());
   for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
@@ -170,7 +181,16 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   FirstStage first(p, settings);
   bake.element_edge = first.elements.edge();
   const bool linked = options.solver == SolverMode::kLinked;
-  LB_RETURN_IF_ERROR(first.solve(p, linked, progress));
+  if (selected == nullptr) bake.groups = groups_of(first.sources);
+  const std::size_t sources = bake.groups.size() - (p.sky.is_black() ? 1 : 0);
+  std::size_t apart = selected == nullptr && sources > 1 ? bake.groups.size() : 0;
+  const std::uint64_t items =
+      std::max<std::uint64_t>(places.texels.texels.size(), first.elements.count());
+  if (apart > 0 && (linked || 4 * apart * items * sizeof(Rgb) > kMostGroupedBytes)) {
+    apart = 0;
+    bake.groups.clear();
+  }
+  LB_RETURN_IF_ERROR(first.solve(p, linked, apart, progress));
   bake.mode = linked ? "linked" : "stored-ray";
   bake.radiosity = first.solution.statistics;
   bake.mean_irradiance = mean_over_texels(p, places, first);
@@ -180,8 +200,10 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                             first.direct,  first.elements, first.lookup, first.solution,
                             places.layout, places.texels};
   input.indirect = first.options.interreflection || !p.sky.is_black();
+  input.punctual_direct = options.lights == LightsPolicy::kRemove;
   input.direct_lights = !first.sources.punctual().empty() || !first.sources.emitters().empty();
   input.mean_irradiance = bake.mean_irradiance;
+  input.groups = apart;
   input.seed = options.seed;
   input.selected = selected;
   LB_ASSIGN_OR_RETURN(bake.baked, lightmap::bake_texels(input, settings.gather, progress));

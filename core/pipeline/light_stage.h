@@ -31,12 +31,16 @@ struct LightBake {
   double element_edge = 0;
   double mean_irradiance = 0;  // lux, of the first stage, over the surfaces with texels
   lightmap::BakedTexels baked;
+  /// The sky last, black or not. baked.by_group has their light, unless all is of one source;
+  /// empty: not kept apart.
+  std::vector<radiosity::LightGroup> groups;
 };
 
 /// What settings are chosen from.
 accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPlaces& places);
 
-/// Stages "radiosity" and "gather". selected: bake these texels only (see select_texels).
+/// Stages "radiosity" and "gather". selected: bake these texels only (see select_texels); all of
+/// them: by light group too, where there are several.
 Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                              const LightmapPlaces& places, const accuracy::BakeSettings& settings,
                              StageClock& clock, const Progress& progress,

@@ -66,7 +66,7 @@ void doubt_borders(const Elements& elements, Solution& solution) {
 }  // namespace
 
 Solution measure_direct(const SolverInput& input, const SolverOptions& options,
-                        const Progress& progress) {
+                        const Progress& progress, GroupedLight* direct_by_group) {
   const Elements& elements = input.elements;
   const auto& lights = input.direct.sources().punctual();
   const bool emitters = !input.direct.sources().emitters().empty();
@@ -78,6 +78,10 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
   std::vector<std::uint8_t> slot(lights.size(), kResolvedLights);
   for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
     slot[solution.resolved[k]] = static_cast<std::uint8_t>(k);
+  }
+  if (direct_by_group != nullptr) {
+    *direct_by_group = GroupedLight(elements.count(), input.groups);
+    solution.unresolved_by_group = GroupedLight(elements.count(), input.groups);
   }
   constexpr std::size_t kGrain = 512;
   const std::size_t blocks = (elements.count() + kGrain - 1) / kGrain;
@@ -94,6 +98,7 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
       const OwenSobol2 points(static_cast<std::uint32_t>(item_seed(options.seed, e, 1)));
       Rgbd resolved, rest;
       std::array<int, kResolvedLights> lit{}, dark{};
+      std::array<Rgb, kMostGroups> resolved_part{}, rest_part{};
       for (int s = 0; s < samples; ++s) {
         const Vec2f ab = points.point(static_cast<std::uint32_t>(s));
         const ElementPoint p = elements.point(e, ab.x, ab.y);
@@ -110,9 +115,11 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
           const Rgb share = input.direct.punctual_visibility(at, lights[l], rays);
           if (k < kResolvedLights) {
             resolved += to_double(open * share);
+            resolved_part[lights[l].group] += open * share;
             share == Rgb{1, 1, 1} ? ++lit[k] : share.is_black() ? ++dark[k] : (++lit[k], ++dark[k]);
           } else {
             rest += to_double(open * share);
+            rest_part[lights[l].group] += open * share;
           }
         }
         if (emitters) {
@@ -120,16 +127,26 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
           const EmitterTerms terms =
               input.direct.emitter_terms(at, {item_seed(options.seed, e, 100), turn}, rays);
           if (terms.count > 0) {
+            GroupVisibility by_group;
             const VisibilitySum seen = input.direct.emitter_visibility(
                 at, terms, 2, 2 * static_cast<std::uint32_t>(s),
-                static_cast<std::uint32_t>(item_seed(options.seed, e, 2)), rays);
+                static_cast<std::uint32_t>(item_seed(options.seed, e, 2)), rays,
+                direct_by_group != nullptr ? &by_group : nullptr);
             rest += to_double(terms.total * seen.share());
+            if (direct_by_group != nullptr) {
+              input.direct.split_emitters(terms, seen.share(), by_group, 1,
+                                          std::span(rest_part).first(input.groups));
+            }
           }
         }
       }
       const double scale = 1.0 / samples;
       solution.unresolved[e] = to_float(rest * scale);
       solution.irradiance[e] = to_float((rest + resolved) * scale);
+      for (std::size_t g = 0; direct_by_group != nullptr && g < input.groups; ++g) {
+        solution.unresolved_by_group.of(e)[g] = rest_part[g] * static_cast<float>(scale);
+        direct_by_group->of(e)[g] = (rest_part[g] + resolved_part[g]) * static_cast<float>(scale);
+      }
       std::uint16_t state = 0;
       for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
         const LightState s = lit[k] > 0 && dark[k] > 0 ? LightState::kMixed

@@ -200,7 +200,7 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& cho
 
 VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterTerms& terms,
                                               int rays, std::uint32_t first, std::uint32_t seed,
-                                              RayCounts& counts) const {
+                                              RayCounts& counts, GroupVisibility* by_group) const {
   VisibilitySum sum;
   if (!shadows_) {
     sum.all = sum.visible = {1, 1, 1};
@@ -226,14 +226,37 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
     ++sum.rays;
     const Rgb open =
         through({at.frame.origin, to, 0.0f, kShadowEnd}, at.triangle, e.triangle, counts);
+    const Rgbd visible = all * to_double(open);
     sum.all += all;
-    sum.visible += all * to_double(open);
+    sum.visible += visible;
+    if (by_group == nullptr) continue;
+    by_group->all[e.group] += all;
+    by_group->visible[e.group] += visible;
   }
   return sum;
 }
 
-Rgb DirectLight::sampled_emitters(const Receiver& at, float worth, double pick, Vec2f random,
-                                  RayCounts& counts) const {
+void DirectLight::split_emitters(const EmitterTerms& terms, const Rgb& share,
+                                 const GroupVisibility& seen, float scale,
+                                 std::span<Rgb> groups) const {
+  std::array<Rgb, kMostGroups> part{};
+  Rgb sum;
+  for (std::size_t i = 0; i < terms.count; ++i) {
+    part[sources_->emitters()[terms.term[i].emitter].group] += terms.term[i].irradiance;
+  }
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const VisibilitySum own{seen.visible[g], seen.all[g], 1};
+    part[g] = part[g] * (seen.all[g].is_black() ? share : own.share());
+    sum += part[g];
+  }
+  const Rgb arrives = terms.total * share;
+  const auto ratio = [](float a, float b) { return b > 0 ? a / b : 0.0f; };
+  const Rgb even{ratio(arrives.r, sum.r), ratio(arrives.g, sum.g), ratio(arrives.b, sum.b)};
+  for (std::size_t g = 0; g < groups.size(); ++g) groups[g] += part[g] * even * scale;
+}
+
+DirectLight::Sampled DirectLight::sampled_emitters(const Receiver& at, float worth, double pick,
+                                                   Vec2f random, RayCounts& counts) const {
   if (sources_->emitters().empty()) return {};
   const Hierarchy& tree = sources_->emitter_tree();
   const auto importance = [&](Hierarchy::NodeId id) {
@@ -250,10 +273,11 @@ Rgb DirectLight::sampled_emitters(const Receiver& at, float worth, double pick, 
   if (!(sample.weight > 0)) return {};
   const Rgb open =
       luminance(e, sample.at) * static_cast<float>(sample.weight / (asked * walk.probability));
-  if (!shadows_ || open.is_black()) return open;
+  if (!shadows_ || open.is_black()) return {open, e.group};
   ++counts.emitter_shadow;
-  return open * through({at.frame.origin, sample.point - at.frame.origin, 0.0f, kShadowEnd},
-                        at.triangle, e.triangle, counts);
+  return {open * through({at.frame.origin, sample.point - at.frame.origin, 0.0f, kShadowEnd},
+                         at.triangle, e.triangle, counts),
+          e.group};
 }
 
 Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& light,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "core/math/rgb.h"
 #include "core/optics/optics.h"
@@ -34,6 +35,11 @@ struct RayCounts {
     polygon_factors += o.polygon_factors;
     return *this;
   }
+};
+
+/// What VisibilitySum tells, by light group.
+struct GroupVisibility {
+  std::array<Rgbd, kMostGroups> visible, all;
 };
 
 /// The receiver of direct light: a point on one side of a triangle.
@@ -102,14 +108,23 @@ class DirectLight {
   /// Casts `rays` shadow rays to points of the emitters, chosen by what each term brings; sample
   /// indices first, first + 1... of the Owen-Sobol sequence of `seed`.
   VisibilitySum emitter_visibility(const Receiver& at, const EmitterTerms& terms, int rays,
-                                   std::uint32_t first, std::uint32_t seed,
-                                   RayCounts& counts) const;
+                                   std::uint32_t first, std::uint32_t seed, RayCounts& counts,
+                                   GroupVisibility* by_group = nullptr) const;
+
+  /// Adds to each group its part of `arrives`, the light that reaches the receiver from `terms`:
+  /// by what was seen of the group's own emitters, and in sum what arrives. scale: of all of it.
+  void split_emitters(const EmitterTerms& terms, const Rgb& share, const GroupVisibility& seen,
+                      float scale, std::span<Rgb> groups) const;
 
   /// What the emitters bring to the point, from one of them at random: unbiased, for points that
   /// are themselves one sample of many. At most one shadow ray, and often none where less than
   /// `worth` lux is to be had (Russian roulette). pick, random in [0, 1).
-  Rgb sampled_emitters(const Receiver& at, float worth, double pick, Vec2f random,
-                       RayCounts& counts) const;
+  struct Sampled {
+    Rgb irradiance;
+    std::uint32_t group = 0;  // of lights
+  };
+  Sampled sampled_emitters(const Receiver& at, float worth, double pick, Vec2f random,
+                           RayCounts& counts) const;
 
   /// Share of light i that reaches the point: one shadow ray (transmittance of sheets included).
   Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;

@@ -53,6 +53,17 @@ Rgb PunctualLight::irradiance(const Vec3f& at, const Vec3f& normal) const {
 
 LightSources::LightSources(const scene::Scene& scene, const optics::Optics& optics,
                            const Kinds& kinds) {
+  Grouping grouping;
+  add_punctual(scene, kinds, grouping);
+  if (kinds.emitters) add_emitters(scene, optics, grouping);
+  auto [groups, renumber] = grouping.finish();
+  groups_ = std::move(groups);
+  for (PunctualLight& light : punctual_) light.group = renumber[light.group];
+  for (Emitter& emitter : emitters_) emitter.group = renumber[emitter.group];
+}
+
+void LightSources::add_punctual(const scene::Scene& scene, const Kinds& kinds, Grouping& grouping) {
+  const auto size = static_cast<double>(scene.box.diagonal());
   for (const scene::Light& light : scene.lights) {
     const bool wanted = light.kind == scene::LightKind::kPoint  ? kinds.point
                         : light.kind == scene::LightKind::kSpot ? kinds.spot
@@ -62,8 +73,17 @@ LightSources::LightSources(const scene::Scene& scene, const optics::Optics& opti
                          to_float(normalized(light.direction)), light.intensity,
                          static_cast<float>(light.range), static_cast<float>(light.cos_inner),
                          static_cast<float>(light.cos_outer)});
+    // Lumens, the sun's on an area of the scene's size.
+    const double spread =
+        light.kind == scene::LightKind::kDirectional ? size * size : 4 * kPiDouble;
+    punctual_.back().group =
+        grouping.add({LightGroup::Kind::kPunctual, light.gltf_index, light.name, light.intensity},
+                     spread * static_cast<double>(light.intensity.sum()));
   }
-  if (!kinds.emitters) return;
+}
+
+void LightSources::add_emitters(const scene::Scene& scene, const optics::Optics& optics,
+                                Grouping& grouping) {
   std::vector<Aabb> boxes;
   for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
     if (!optics.emits(i)) continue;
@@ -79,6 +99,10 @@ LightSources::LightSources(const scene::Scene& scene, const optics::Optics& opti
     e.double_sided = optics.double_sided(i);
     e.textured = optics.textured_emission(i);
     e.power = kPi * e.area * e.luminance.sum() * (e.double_sided ? 2.0f : 1.0f);
+    const scene::Material& material = scene.material_of(i);
+    e.group = grouping.add(
+        {LightGroup::Kind::kEmitter, material.gltf_index, material.name, material.emission},
+        static_cast<double>(e.power));
     Aabb box;
     for (const Vec3f& p : corner) box.add(p);
     boxes.push_back(box);

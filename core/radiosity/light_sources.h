@@ -7,6 +7,7 @@
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/optics/optics.h"
+#include "core/radiosity/light_groups.h"
 #include "core/scene/scene.h"
 
 namespace lightbatch::radiosity {
@@ -19,6 +20,7 @@ struct PunctualLight {
   Rgb intensity;    // cd or lux
   float range = 0;  // 0: unlimited
   float cos_inner = 1, cos_outer = 0;
+  std::uint32_t group = 0;  // into LightSources::groups
 
   /// Irradiance at (position, unit normal) without anything between; lux.
   /// KHR_lights_punctual: 1/d2, range window max(min(1 - (d/range)^4, 1), 0), squared cone ramp.
@@ -40,6 +42,7 @@ struct Emitter {
   float power = 0;  // pi * area * luminance of both sides, summed over channels: a weight
   bool double_sided = false;
   bool textured = false;
+  std::uint32_t group = 0;  // into LightSources::groups
 };
 
 /// Everything in a scene that sends light out, sky aside. Emitters have a hierarchy of their own
@@ -57,6 +60,8 @@ class LightSources {
 
   const std::vector<PunctualLight>& punctual() const { return punctual_; }
   const std::vector<Emitter>& emitters() const { return emitters_; }
+  /// The sky has none here.
+  const std::vector<LightGroup>& groups() const { return groups_; }
   const hierarchy::Hierarchy& emitter_tree() const { return emitter_tree_; }
   /// Summed Emitter::power under a node of the emitter tree.
   float power(hierarchy::Hierarchy::NodeId node) const { return node_power_[node]; }
@@ -64,8 +69,12 @@ class LightSources {
   std::uint32_t pick(hierarchy::Hierarchy::NodeId node, float random) const;
 
  private:
+  void add_punctual(const scene::Scene& scene, const Kinds& kinds, Grouping& grouping);
+  void add_emitters(const scene::Scene& scene, const optics::Optics& optics, Grouping& grouping);
+
   std::vector<PunctualLight> punctual_;
   std::vector<Emitter> emitters_;
+  std::vector<LightGroup> groups_;
   hierarchy::Hierarchy emitter_tree_;
   std::vector<float> node_power_;
 };

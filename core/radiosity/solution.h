@@ -30,6 +30,7 @@ struct Solution {
   std::vector<float> crowding;             // per element, share of its hemisphere that is nearer
                                            // than 1.5 element edges; empty: not known
   std::vector<std::uint32_t> resolved;     // indices of punctual lights, at most kResolvedLights
+  GroupedLight unresolved_by_group;        // per element, unresolved by light group; empty: not asked
   std::vector<std::uint16_t> light_state;  // 2 bits per resolved light; empty when there is none
 
   struct Statistics {

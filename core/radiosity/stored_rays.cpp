@@ -152,13 +152,120 @@ Rgbd correction(const Rgbd& first, const Rgbd& held) {
   return {ratio(first.r, held.r), ratio(first.g, held.g), ratio(first.b, held.b)};
 }
 
+/// B = B0 + rho K B, solved in place.
+class StoredRaySystem {
+ public:
+  StoredRaySystem(const Elements& elements, const Links& links, const SolverOptions& options)
+      : elements_(elements), links_(links), options_(options), rho_(elements.count()) {
+    for (ElementId e = 0; e < elements.count(); ++e) rho_[e] = elements.reflectance(e);
+  }
+
+  struct Answer {
+    std::vector<Rgb> radiosity;
+    std::vector<Rgb> gathered;  // K B, lux
+    int iterations = 0;
+    double residual = 0;
+  };
+  /// start: B0. CANCELLED.
+  Result<Answer> solve(const std::vector<Rgb>& start, const Progress& progress) const {
+    const std::uint32_t count = elements_.count();
+    Answer answer;
+    answer.radiosity = start;
+    answer.gathered.resize(count);
+    if (links_.source.empty()) return answer;
+    std::vector<Rgb>& radiosity = answer.radiosity;
+    // What the first bounce brings in all: sum A rho K B0.
+    const Rgbd first_bounce = area_sum(
+        elements_, [&](ElementId e) { return to_double(rho_[e]) * row_sum(links_, e, start); });
+    std::vector<Rgb> next(count), indirect(count);
+    for (int iteration = 1; iteration <= kMaxIterations; ++iteration) {
+      if (progress.cancelled()) return cancelled();
+      sweep(start, radiosity, next);
+      const Rgbd change = area_sum(elements_, [&](ElementId e) {
+        const Rgbd d = to_double(next[e] - radiosity[e]);
+        return Rgbd{std::fabs(d.r), std::fabs(d.g), std::fabs(d.b)};
+      });
+      const Rgbd size = area_sum(elements_, [&](ElementId e) { return to_double(next[e]); });
+      radiosity.swap(next);
+      // Energy correction: the indirect part I = B - B0 is scaled by s so that what it and the
+      // first bounce bring balances what it holds, sum A (rho K (B0 + s I) - s I) = 0. A factor
+      // leaves dark rooms dark, where an added constant would light them.
+      for (ElementId e = 0; e < count; ++e) indirect[e] = radiosity[e] - start[e];
+      const Rgbd held = area_sum(elements_, [&](ElementId e) {
+        return to_double(indirect[e]) - to_double(rho_[e]) * row_sum(links_, e, indirect);
+      });
+      const Rgbd scale = correction(first_bounce, held);
+      for (ElementId e = 0; e < count; ++e) {
+        radiosity[e] = start[e] + indirect[e] * to_float(scale);
+      }
+      answer.iterations = iteration;
+      const Rgbd relative = divide(change, size);
+      const Rgbd off = scale - Rgbd{1, 1, 1};
+      answer.residual =
+          std::max({relative.max(), std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
+      if (answer.residual < options_.tolerance) break;
+    }
+    for (ElementId e = 0; e < count; ++e) {
+      answer.gathered[e] = to_float(row_sum(links_, e, radiosity));
+    }
+    return answer;
+  }
+
+ private:
+  /// In place inside a chunk, last iteration's values outside: the same on any thread count.
+  void sweep(const std::vector<Rgb>& start, const std::vector<Rgb>& radiosity,
+             std::vector<Rgb>& next) const {
+    constexpr std::size_t kChunk = 4096;
+    parallel_for(start.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto e = static_cast<ElementId>(i);
+        Rgbd sum;
+        for (auto k = links_.start[e]; k < links_.start[e + 1]; ++k) {
+          const ElementId s = links_.source[k];
+          const Rgb& b = s >= begin && s < i ? next[s] : radiosity[s];
+          sum += links_.weight.empty() ? to_double(b) : to_double(b * links_.weight[k]);
+        }
+        next[e] = start[e] + rho_[e] * to_float(sum * static_cast<double>(links_.scale[e]));
+      }
+    });
+  }
+
+  const Elements& elements_;
+  const Links& links_;
+  const SolverOptions& options_;
+  std::vector<Rgb> rho_;
+};
+
+/// The share of every light group in what the elements send out: one more solution each, on the
+/// same rays. direct, sky: lux. On entry solution.unresolved_by_group holds irradiance.
+Status solve_groups(const StoredRaySystem& system, const Elements& elements,
+                    const GroupedLight& direct, const std::vector<Rgb>& sky, Solution& solution,
+                    const Progress& progress) {
+  const std::size_t last = direct.groups() - 1;
+  std::vector<Rgb> start(elements.count());
+  for (std::size_t g = 0; g <= last; ++g) {
+    const auto arrives = [&](ElementId e) { return g == last ? sky[e] : direct.of(e)[g]; };
+    for (ElementId e = 0; e < elements.count(); ++e) {
+      start[e] = elements.reflectance(e) * arrives(e);
+    }
+    LB_ASSIGN_OR_RETURN(const auto answer, system.solve(start, progress));
+    for (ElementId e = 0; e < elements.count(); ++e) {
+      Rgb& own = solution.unresolved_by_group.of(e)[g];
+      own = elements.reflectance(e) * (own + answer.gathered[e] + (g == last ? sky[e] : Rgb{}));
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions& options,
                                    const Progress& progress) {
   const Elements& elements = input.elements;
   const std::uint32_t count = elements.count();
-  Solution solution = measure_direct(input, options, progress);
+  GroupedLight direct_by_group;
+  Solution solution =
+      measure_direct(input, options, progress, input.groups > 0 ? &direct_by_group : nullptr);
   Solution::Statistics& statistics = solution.statistics;
   statistics.elements = count;
   if (progress.cancelled()) return cancelled();
@@ -177,63 +284,16 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
   for (ElementId e = 0; e < count; ++e) {
     start[e] = elements.reflectance(e) * (solution.irradiance[e] + sky[e]);
   }
-  std::vector<Rgb> radiosity = start;
   statistics.emitted =
       area_sum(elements, [&](ElementId e) { return to_double(solution.irradiance[e] + sky[e]); });
-
-  std::vector<Rgb> gathered(count);
-  if (!links.source.empty()) {
-    std::vector<Rgb> rho(count);
-    for (ElementId e = 0; e < count; ++e) rho[e] = elements.reflectance(e);
-    // What the first bounce brings in all: sum A rho K B0.
-    const Rgbd first_bounce = area_sum(
-        elements, [&](ElementId e) { return to_double(rho[e]) * row_sum(links, e, start); });
-    std::vector<Rgb> next(count), indirect(count);
-    const auto chunked_sweep = [&] {
-      // In place inside a chunk, last iteration's values outside: the same on any thread count.
-      constexpr std::size_t kChunk = 4096;
-      parallel_for(count, kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto e = static_cast<ElementId>(i);
-          Rgbd sum;
-          for (auto k = links.start[e]; k < links.start[e + 1]; ++k) {
-            const ElementId s = links.source[k];
-            const Rgb& b = s >= begin && s < i ? next[s] : radiosity[s];
-            sum += links.weight.empty() ? to_double(b) : to_double(b * links.weight[k]);
-          }
-          gathered[e] = to_float(sum * static_cast<double>(links.scale[e]));
-          next[e] = start[e] + rho[e] * gathered[e];
-        }
-      });
-    };
-    for (int iteration = 1; iteration <= kMaxIterations; ++iteration) {
-      if (progress.cancelled()) return cancelled();
-      chunked_sweep();
-      const Rgbd change = area_sum(elements, [&](ElementId e) {
-        const Rgbd d = to_double(next[e] - radiosity[e]);
-        return Rgbd{std::fabs(d.r), std::fabs(d.g), std::fabs(d.b)};
-      });
-      const Rgbd size = area_sum(elements, [&](ElementId e) { return to_double(next[e]); });
-      radiosity.swap(next);
-      // Energy correction: the indirect part I = B - B0 is scaled by s so that what it and the
-      // first bounce bring balances what it holds, sum A (rho K (B0 + s I) - s I) = 0. A factor
-      // leaves dark rooms dark, where an added constant would light them.
-      for (ElementId e = 0; e < count; ++e) indirect[e] = radiosity[e] - start[e];
-      const Rgbd held = area_sum(elements, [&](ElementId e) {
-        return to_double(indirect[e]) - to_double(rho[e]) * row_sum(links, e, indirect);
-      });
-      const Rgbd scale = correction(first_bounce, held);
-      for (ElementId e = 0; e < count; ++e) {
-        radiosity[e] = start[e] + indirect[e] * to_float(scale);
-      }
-      statistics.iterations = iteration;
-      const Rgbd relative = divide(change, size);
-      const Rgbd off = scale - Rgbd{1, 1, 1};
-      statistics.residual =
-          std::max({relative.max(), std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
-      if (statistics.residual < options.tolerance) break;
-    }
-    for (ElementId e = 0; e < count; ++e) gathered[e] = to_float(row_sum(links, e, radiosity));
+  const StoredRaySystem system(elements, links, options);
+  LB_ASSIGN_OR_RETURN(auto answer, system.solve(start, progress));
+  statistics.iterations = answer.iterations;
+  statistics.residual = answer.residual;
+  const std::vector<Rgb>& radiosity = answer.radiosity;
+  const std::vector<Rgb>& gathered = answer.gathered;
+  if (input.groups > 0) {
+    LB_RETURN_IF_ERROR(solve_groups(system, elements, direct_by_group, sky, solution, progress));
   }
 
   statistics.absorbed = Rgbd{};
@@ -251,7 +311,7 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
     solution.irradiance[e] += rest;
     solution.unresolved[e] = elements.reflectance(e) * (solution.unresolved[e] + rest);
   }
-  solution.radiosity = std::move(radiosity);
+  solution.radiosity = std::move(answer.radiosity);
   statistics.memory_bytes =
       links.memory_bytes() + elements.memory_bytes() + std::uint64_t{count} * (5 * sizeof(Rgb) + 2);
   return solution;

@@ -26,7 +26,7 @@ Json remove_lights(Writer& w) {
   Json taken = Json::array();
   for (const scene::Light& light : w.scene.lights) {
     if (light.node == kNone || lights == nullptr || light.gltf_index >= lights->size()) continue;
-    taken.push_back({{"node", light.node}, {"light", lights->at(light.gltf_index)}});
+    taken.push_back({{"node", light.node}, {"index", light.gltf_index}, {"light", lights->at(light.gltf_index)}});
     erase_extension(w.root["nodes"][light.node], kLights);
   }
   if (taken.empty()) return nullptr;

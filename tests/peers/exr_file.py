@@ -1,4 +1,5 @@
 """Reads the scan-line OpenEXR files that lightbatch writes (half or float, no compression, ZIPS or ZIP) with numpy alone."""
+import pathlib
 import struct
 import zlib
 
@@ -44,7 +45,7 @@ def unpack(block, size):
 
 def read(path):
     """{channel: (height, width) float32}, row 0 on top."""
-    data = open(path, "rb").read()
+    data = pathlib.Path(path).read_bytes()
     attributes, at = read_header(data)
     x0, y0, x1, y1 = struct.unpack("<iiii", attributes["dataWindow"])
     width, height = x1 - x0 + 1, y1 - y0 + 1

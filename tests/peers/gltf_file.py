@@ -1,6 +1,7 @@
 """Reads a .glb as numpy arrays: what a renderer needs to look a lightmap up. Core glTF 2.0, KHR_mesh_quantization,
 EXT_mesh_gpu_instancing and MOZ_lightmap; no compressed meshes (lightbatch writes none)."""
 import json
+import pathlib
 import struct
 
 import numpy as np
@@ -12,7 +13,7 @@ TRIANGLES = 4
 
 class Glb:
     def __init__(self, path):
-        data = open(path, "rb").read()
+        data = pathlib.Path(path).read_bytes()
         magic, version, _ = struct.unpack_from("<III", data)
         if magic != 0x46546C67 or version != 2:
             raise ValueError(f"{path}: no glTF 2.0 binary")

@@ -14,6 +14,8 @@ namespace {
 constexpr int kSide = 64;
 constexpr float kSigma = 0.1f;
 
+radiosity::GroupedLight none;
+
 /// One flat chart of kSide^2 texels at 10 a metre.
 struct Flat {
   atlas::Layout layout;
@@ -70,11 +72,11 @@ float ramp(int x, int y) {
 // pairs that fail the test by chance some more. Four passes reach over 15 x 15 texels.
 TEST(Smooth, NoiseOnARampFalls) {
   Flat open(ramp, 100);
-  smooth_gathered(open.layout, open.map, 1.0, open.texels);
+  smooth_gathered(open.layout, open.map, 1.0, open.texels, none);
   EXPECT_LT(open.off(ramp), kSigma / 7);
   // Something is close: only next neighbours count.
   Flat closed(ramp, 0.15f);
-  smooth_gathered(closed.layout, closed.map, 1.0, closed.texels);
+  smooth_gathered(closed.layout, closed.map, 1.0, closed.texels, none);
   EXPECT_LT(closed.off(ramp), kSigma / 2.2f);
   EXPECT_GT(closed.off(ramp), kSigma / 4);
 }
@@ -82,7 +84,7 @@ TEST(Smooth, NoiseOnARampFalls) {
 TEST(Smooth, AnEdgeStaysWhereItIs) {
   const auto edge = [](int x, int) { return x < kSide / 2 ? 1.0f : 3.0f; };
   Flat flat(edge, 100);
-  smooth_gathered(flat.layout, flat.map, 1.0, flat.texels);
+  smooth_gathered(flat.layout, flat.map, 1.0, flat.texels, none);
   for (int y = 8; y < kSide - 8; ++y) {
     const auto at = [&](int x) {
       return flat.texels[static_cast<std::size_t>(y * kSide + x)].irradiance.g;
@@ -102,7 +104,7 @@ TEST(Smooth, CoveredAndSharedTexelsStayApart) {
   }
   flat.texels[0].gathered = false;
   flat.texels[0].irradiance = Rgb::grey(7);
-  smooth_gathered(flat.layout, flat.map, 1.0, flat.texels);
+  smooth_gathered(flat.layout, flat.map, 1.0, flat.texels, none);
   EXPECT_EQ(flat.texels[0].irradiance.g, 7);
   EXPECT_NEAR(flat.off(dark_half), 0, 1e-6);
 }

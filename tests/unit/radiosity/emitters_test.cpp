@@ -57,7 +57,7 @@ TEST(Emitters, OneAtRandomIsRightInTheMean) {
       RayCounts counts;
       const double pick = random.next_double();
       const Vec2f on{random.next_float(), random.next_float()};
-      sum += static_cast<double>(direct.sampled_emitters(lamps.at, worth, pick, on, counts).g);
+      sum += static_cast<double>(direct.sampled_emitters(lamps.at, worth, pick, on, counts).irradiance.g);
     }
     EXPECT_NEAR(sum / kSamples / lamps.exact, 1, 0.04) << worth;
   }

@@ -1,0 +1,220 @@
+#include "core/scene_out/relit_scene.h"
+
+#include <algorithm>
+
+#include "core/gltf/document.h"
+#include "core/gltf/glb_container.h"
+#include "core/gltf/glb_writer.h"
+#include "core/gltf/json_text.h"
+#include "core/scene_out/json_access.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+constexpr const char* kPageName = "lightmap_";
+constexpr const char* kLightmap = "MOZ_lightmap";
+constexpr const char* kLights = "KHR_lights_punctual";
+constexpr const char* kStrength = "KHR_materials_emissive_strength";
+/// What is moved in the file keeps its address modulo this, so that no alignment breaks.
+constexpr std::size_t kAlignment = 16;
+
+/// Bytes of the file that give way to others.
+struct Slot {
+  std::size_t begin = 0, end = 0;
+  const Bytes* bytes = nullptr;
+  std::size_t shift = 0;  // of what follows, modulo 2^64
+};
+
+/// The page that an image holds, or kNone.
+std::uint32_t page_of(const Json& image, std::size_t pages) {
+  const Json* name = member(image, "name");
+  if (name == nullptr || !name->is_string()) return kNone;
+  for (std::uint32_t k = 0; k < pages; ++k) {
+    if (name->get_ref<const std::string&>() == kPageName + std::to_string(k)) return k;
+  }
+  return kNone;
+}
+
+/// Whatever names a place in the binary chunk: buffer views, and what compresses them.
+template <typename Visit>
+void for_each_range(Json& root, const Visit& visit) {
+  Json* views = member(root, "bufferViews");
+  if (views == nullptr || !views->is_array()) return;
+  for (Json& view : *views) {
+    if (index_at(view, "buffer") == 0) visit(view);
+    Json* extensions = member(view, "extensions");
+    if (extensions == nullptr || !extensions->is_object()) continue;
+    for (auto& [name, range] : extensions->items()) {
+      if (index_at(range, "buffer") == 0) visit(range);
+    }
+  }
+}
+
+std::size_t offset_of(const Json& range) {
+  const std::uint32_t offset = index_at(range, "byteOffset");
+  return offset == kNone ? 0 : offset;
+}
+
+Result<std::vector<Slot>> find_slots(const Json& root, std::span<const RelitPage> pages,
+                                     std::size_t binary_size, const std::string& place) {
+  std::vector<Slot> slots;
+  std::size_t found = 0;
+  for (std::uint32_t i = 0; i < count_of(root, "images"); ++i) {
+    const Json& image = root["images"][i];
+    const std::uint32_t page = page_of(image, pages.size());
+    if (page == kNone) continue;
+    const std::uint32_t view = index_at(image, "bufferView");
+    if (view >= count_of(root, "bufferViews")) continue;
+    const Json& range = root["bufferViews"][view];
+    const std::uint32_t length = index_at(range, "byteLength");
+    const std::size_t begin = offset_of(range);
+    if (index_at(range, "buffer") != 0 || length == kNone || begin > binary_size ||
+        length > binary_size - begin) {
+      return malformed(place + "#/bufferViews/" + std::to_string(view), "lies outside the file");
+    }
+    slots.push_back({begin, begin + length, &pages[page].png, 0});
+    ++found;
+  }
+  if (found != pages.size()) {
+    return malformed(place, "does not hold the " + std::to_string(pages.size()) +
+                                " lightmap pages of its bake; give the files as they were made");
+  }
+  std::sort(slots.begin(), slots.end(),
+            [](const Slot& a, const Slot& b) { return a.begin < b.begin; });
+  for (std::size_t k = 1; k < slots.size(); ++k) {
+    if (slots[k].begin < slots[k - 1].end) return malformed(place, "lightmap pages overlap");
+  }
+  return slots;
+}
+
+/// The binary chunk with the slots filled anew; what follows them is moved.
+Bytes refill(std::span<const std::byte> binary, std::vector<Slot>& slots) {
+  Bytes out;
+  std::size_t at = 0;
+  for (Slot& slot : slots) {
+    out.insert(out.end(), binary.begin() + static_cast<std::ptrdiff_t>(at),
+               binary.begin() + static_cast<std::ptrdiff_t>(slot.begin));
+    out.insert(out.end(), slot.bytes->begin(), slot.bytes->end());
+    while (out.size() % kAlignment != slot.end % kAlignment) out.push_back(std::byte{0});
+    slot.shift = out.size() - slot.end;
+    at = slot.end;
+  }
+  out.insert(out.end(), binary.begin() + static_cast<std::ptrdiff_t>(at), binary.end());
+  return out;
+}
+
+void move_ranges(Json& root, const std::vector<Slot>& slots) {
+  for_each_range(root, [&](Json& range) {
+    const std::size_t offset = offset_of(range);
+    std::size_t shift = 0;
+    for (const Slot& slot : slots) {
+      if (slot.end <= offset) shift = slot.shift;
+      if (slot.begin == offset && index_at(range, "byteLength") == slot.end - slot.begin) {
+        range["byteLength"] = slot.bytes->size();
+      }
+    }
+    if (range.contains("byteOffset") || shift != 0) range["byteOffset"] = offset + shift;
+  });
+}
+
+void set_intensities(Json& root, std::span<const RelitPage> pages) {
+  Json* materials = member(root, "materials");
+  if (materials == nullptr || !materials->is_array()) return;
+  for (Json& material : *materials) {
+    Json* extensions = member(material, "extensions");
+    Json* lightmap = extensions == nullptr ? nullptr : member(*extensions, kLightmap);
+    if (lightmap == nullptr) continue;
+    const std::uint32_t texture = index_at(*lightmap, "index");
+    if (texture >= count_of(root, "textures")) continue;
+    const std::uint32_t image = index_at(root["textures"][texture], "source");
+    if (image >= count_of(root, "images")) continue;
+    const std::uint32_t page = page_of(root["images"][image], pages.size());
+    if (page != kNone) (*lightmap)["intensity"] = pages[page].intensity;
+  }
+}
+
+void set_light(Json& definition, const RelitLight& light) {
+  definition["color"] = light.color;
+  definition["intensity"] = light.intensity;
+}
+
+/// Lights that were taken out of the scene, in the extras of a scene or of the file.
+void set_taken(Json& holder, std::span<const RelitLight> lights) {
+  Json* extras = member(holder, "extras");
+  Json* about = extras == nullptr ? nullptr : member(*extras, "lightbatch");
+  Json* taken = about == nullptr ? nullptr : member(*about, "lights");
+  if (taken == nullptr || !taken->is_array()) return;
+  for (Json& entry : *taken) {
+    Json* definition = member(entry, "light");
+    if (definition == nullptr || !definition->is_object()) continue;
+    for (const RelitLight& light : lights) {
+      if (index_at(entry, "index") == light.index) set_light(*definition, light);
+    }
+  }
+}
+
+void set_lights(Json& root, std::span<const RelitLight> lights) {
+  set_taken(root, lights);
+  if (Json* scenes = member(root, "scenes"); scenes != nullptr && scenes->is_array()) {
+    for (Json& scene : *scenes) set_taken(scene, lights);
+  }
+  Json* extensions = member(root, "extensions");
+  Json* punctual = extensions == nullptr ? nullptr : member(*extensions, kLights);
+  Json* definitions = punctual == nullptr ? nullptr : member(*punctual, "lights");
+  if (definitions == nullptr || !definitions->is_array()) return;
+  for (const RelitLight& light : lights) {
+    if (light.index < definitions->size() && (*definitions)[light.index].is_object()) {
+      set_light((*definitions)[light.index], light);
+    }
+  }
+}
+
+/// What a material emits, as far as factors tell.
+Json emission_of(const Json& material) {
+  const Json* factor = member(material, "emissiveFactor");
+  const Json* strength = extension(material, kStrength);
+  return {factor == nullptr ? Json() : *factor, strength == nullptr ? Json() : *strength};
+}
+
+/// The material and its clones on other pages, which bear its name and emit as it did.
+void set_emission(Json& root, const RelitMaterial& relit) {
+  Json* materials = member(root, "materials");
+  if (materials == nullptr || relit.index >= count_of(root, "materials")) return;
+  const Json source = (*materials)[relit.index];
+  for (std::size_t i = 0; i < materials->size(); ++i) {
+    Json& material = (*materials)[i];
+    const bool clone = member(source, "name") != nullptr && member(material, "name") != nullptr &&
+                       *member(material, "name") == *member(source, "name") &&
+                       emission_of(material) == emission_of(source);
+    if (i != relit.index && !clone) continue;
+    material["emissiveFactor"] = relit.emissive_factor;
+    if (relit.emissive_strength != 1) {
+      material["extensions"][kStrength] = {{"emissiveStrength", relit.emissive_strength}};
+      declare_extension(root, "extensionsUsed", kStrength);
+    } else {
+      erase_extension(material, kStrength);
+    }
+  }
+}
+
+}  // namespace
+
+Result<Bytes> relit_scene(std::span<const std::byte> glb, const std::string& place,
+                          std::span<const RelitPage> pages, std::span<const RelitLight> lights,
+                          std::span<const RelitMaterial> materials) {
+  if (!gltf::is_glb(glb)) return malformed(place, "is no .glb");
+  LB_ASSIGN_OR_RETURN(const gltf::GlbChunks chunks, gltf::split_glb(glb, place));
+  const gltf::ReadLimits limits;
+  LB_ASSIGN_OR_RETURN(
+      Json root, gltf::parse_json(chunks.json, place, limits.json_depth, limits.decoded_bytes));
+  const auto binary = chunks.binary.value_or(std::span<const std::byte>{});
+  LB_ASSIGN_OR_RETURN(auto slots, find_slots(root, pages, binary.size(), place));
+  const Bytes filled = refill(binary, slots);
+  move_ranges(root, slots);
+  set_intensities(root, pages);
+  set_lights(root, lights);
+  for (const RelitMaterial& material : materials) set_emission(root, material);
+  return gltf::write_glb(std::move(root), filled);
+}
+
+}  // namespace lightbatch::scene_out
