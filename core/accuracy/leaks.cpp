@@ -20,7 +20,7 @@ constexpr double kDarkTexel = 1e-3;
 constexpr int kNear = 2;  // texels
 /// Paths that find most lit points lit, and those that make darkness sure.
 constexpr std::uint32_t kFirstPaths = 16;
-constexpr std::uint32_t kSurePaths = 256;
+constexpr std::uint32_t kSurePaths = 128;
 constexpr std::uint32_t kHiddenRays = 16;
 constexpr std::uint32_t kMostOpen = 2;  // of them, in a crack or inside a solid
 
@@ -59,7 +59,7 @@ class LeakSearch {
     const std::array<Stratum, 2> strata = choose_texels();
     const double whole = strata[0].area() + strata[1].area();
     if (!(whole > 0) || !(options_.mean_irradiance > 0)) return leaks;
-    const std::size_t each = static_cast<std::size_t>(options_.max_paths / (2 * kFirstPaths));
+    const std::size_t each = options_.points / 2;
     for (std::size_t s = 0; s < strata.size(); ++s) {
       if (strata[s].texels.empty()) continue;
       std::vector<Judged> judged(each);

@@ -14,8 +14,6 @@ namespace {
 constexpr std::size_t kProbes = 8192;
 constexpr double kFewestPaths = 2e5;
 constexpr double kMostPaths = 8e6;
-/// The search for leaks takes this part of the certificate's paths.
-constexpr std::uint64_t kLeakShare = 16;
 
 /// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
 /// shuffled. The probes read `places` when they are judged.
@@ -119,7 +117,6 @@ Result<BorderChecks> check_borders(const JobOptions& options, const Prepared& p,
   accuracy::LeakOptions leak_options;
   leak_options.mean_irradiance = mean_of_map(places, light);
   leak_options.bright = p.target_error;
-  leak_options.max_paths = path_budget(p, bake_rays(light)) / kLeakShare;
   leak_options.seed = item_seed(options.seed, 4, 34);
   checks.seams = accuracy::measure_seams(*p.scene, *p.caster, places.layout, places.texels, pages,
                                          leak_options.mean_irradiance);
