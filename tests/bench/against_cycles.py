@@ -33,10 +33,10 @@ import exr_file  # noqa: E402
 
 # Sky in nits, texels a metre.
 SCENES = {
-    "cornell_measured": (0, 150),
-    "office": (0, 12),
-    "classroom": (0, 25),
-    "vianney_house_garden": (1000, 1),
+    "cornell_measured": (0, 100),
+    "office": (0, 6),
+    "classroom": (0, 10),
+    "vianney_house_garden": (1000, 0.5),
 }
 OFFICE_TRIANGLES = 10000
 BAKE_STAGES = ("pilot", "radiosity", "gather")
