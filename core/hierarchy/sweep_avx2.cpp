@@ -9,10 +9,12 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/hierarchy/records.h"
 #include "core/hierarchy/split_rule.h"
 
 #ifdef __clang__
@@ -30,7 +32,7 @@ namespace {
 #include "core/hierarchy/sweep_impl.h"
 }  // namespace
 
-void sweep_avx2(const SweepLists& lists, TreeArrays& tree) { Sweep(lists, tree).run(); }
+void sweep_avx2(std::span<const Aabb> boxes, TreeArrays& tree) { Sweep(boxes, tree).run(); }
 
 }  // namespace lightbatch::hierarchy
 

@@ -10,10 +10,12 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/hierarchy/records.h"
 #include "core/hierarchy/split_rule.h"
 
 namespace lightbatch::hierarchy {
@@ -22,6 +24,6 @@ namespace {
 #include "core/hierarchy/sweep_impl.h"
 }  // namespace
 
-void sweep_baseline(const SweepLists& lists, TreeArrays& tree) { Sweep(lists, tree).run(); }
+void sweep_baseline(std::span<const Aabb> boxes, TreeArrays& tree) { Sweep(boxes, tree).run(); }
 
 }  // namespace lightbatch::hierarchy

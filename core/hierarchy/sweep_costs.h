@@ -1,23 +1,24 @@
 // What splits cost, a vector at a time; included by sweep_impl.h only.
 
-#include "core/hierarchy/sweep_vectors.h"
-
 constexpr std::uint32_t kWholeSweep = 64;  // nodes up to here are swept without blocks
 constexpr std::uint32_t kSmallBlock = 16;  // block size of nodes up to kManySmall
 constexpr std::uint32_t kManySmall = 1024;
 constexpr std::uint32_t kLargeBlock = 64;
 
-/// What the blocks of one list know. Index b: block b; prefixes end before it, suffixes begin
-/// with it.
+/// What the blocks of one list know. Index b: block b, positions starts[b] to starts[b + 1];
+/// prefixes end before it, suffixes begin with it.
 struct Blocks {
   std::vector<Record> boxes, prefix, suffix;
   std::vector<float> prefix_area, suffix_area;
+  std::vector<std::uint32_t> starts;
   void resize(std::size_t n) {
+    if (boxes.size() >= n) return;
     boxes.resize(n);
     prefix.resize(n + 1);
     suffix.resize(n + 1);
     prefix_area.resize(n + 1);
     suffix_area.resize(n + 1);
+    starts.resize(n + 1);
   }
 };
 using NodeBlocks = std::array<Blocks, 3>;

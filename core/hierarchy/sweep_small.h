@@ -156,10 +156,7 @@ class SmallTree {
   }
 
   void write_node(V8f box, std::uint32_t begin, std::uint32_t count, std::uint32_t place) {
-    TreeNode& node = tree_.nodes[place];
-    store_box(&node, __builtin_shufflevector(box, -box, 0, 1, 2, 3, 12, 13, 14, 15));
-    node.first = begin;
-    node.count = count;
+    write_box(tree_.nodes[place], box, begin, count);
   }
   void write_few(const Part& part) {
     const Record& first = record(part.order[0], 0);

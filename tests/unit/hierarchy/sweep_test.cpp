@@ -58,6 +58,9 @@ TEST(Sweep, EqualsTheReferenceOnLargeSets) {
     expect_reference(testing::random_boxes(60000, 0.02f, 3), "random");
     expect_reference(testing::random_boxes(50000, 1.0f, 4), "overlapping");
     expect_reference(testing::grid_boxes(36), "grid");
+    std::vector<Aabb> sheet = testing::random_boxes(50000, 0.02f, 5);
+    for (Aabb& box : sheet) box.lower.y = box.upper.y = 0.5f;
+    expect_reference(sheet, "flat sheet");
   }
   set_thread_count(before);
 }

@@ -1,0 +1,297 @@
+// Splits of nodes too large for sorted lists near a core; included by sweep_impl.h only.
+//
+// Records lie in the order of their ids. On each axis the range of the centres is cut into bins,
+// which are to the sorted list what blocks are: splits between bins are costed exactly, those
+// inside are bounded, and only bins that may hold the best are sorted and swept. So the split is
+// that of the full sweep, and the sort of most primitives is put off until it fits the caches.
+
+/// A node by its records, and where its subtree goes.
+struct Part {
+  V8f range;  // a box that holds all its boxes
+  std::uint32_t begin = 0;
+  std::uint32_t count = 0;
+  std::uint32_t place = 0;
+  int depth = 0;
+  std::uint8_t side = 0;  // which buffer
+};
+
+class BinSplit {
+ public:
+  using Buffers = std::array<Record*, 2>;
+  using Codes = std::array<std::uint16_t*, 3>;
+
+  /// `codes` hold the bin of each record on each axis.
+  BinSplit(const Buffers& buffers, const Codes& codes, TreeArrays& tree)
+      : buffers_(buffers), codes_(codes), tree_(tree) {}
+
+  /// Splits the node into the other buffer. False, and nothing done, if bins tell too little.
+  bool operator()(const Part& part, std::array<Part, 2>& children) {
+    part_ = &part;
+    records_ = buffers_[part.side] + part.begin;
+    range_ = allowed_positions(part.count, part.depth);
+    if (range_.first > 1 || !place_bins()) return false;
+    fill_bins();
+    merge_bins();
+    Split best = Split::middle(part.count);
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      scan_blocks(kBins, empty_box(), empty_box(), blocks_[axis], context(axis), best);
+    }
+    if (!sort_doubtful(best)) return false;
+    sweep_doubtful(best);
+    if (!(best.cost < std::numeric_limits<float>::infinity())) return false;
+    divide(best, children);
+    return true;
+  }
+
+ private:
+  static constexpr std::uint32_t kBins = 1024;
+  static constexpr std::size_t kChunk = 32768;
+  static constexpr std::uint32_t kMostDoubtful = 4;  // a fraction: one in so many
+
+  SweepContext context(std::uint32_t axis) const { return {part_->count, axis, range_}; }
+
+  /// How centres and places are mapped to bins, monotonely. Where all centres are the same, the
+  /// order is that of the ids.
+  bool place_bins() {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float low = part_->range[axis] + part_->range[axis],
+                  high = -part_->range[axis + 4] - part_->range[axis + 4];
+      const float extent = high - low;
+      if (!(extent < std::numeric_limits<float>::infinity())) return false;
+      flat_[axis] = extent == 0;
+      low_[axis] = low;
+      scale_[axis] = flat_[axis] ? 0.0f : static_cast<float>(kBins) / extent;
+      place_scale_[axis] =
+          flat_[axis] ? static_cast<float>(kBins) / static_cast<float>(part_->count) : 0.0f;
+      if (!(scale_[axis] < std::numeric_limits<float>::infinity())) return false;
+    }
+    return true;
+  }
+
+  std::size_t chunks() const { return (part_->count + kChunk - 1) / kChunk; }
+  template <typename Body>
+  void each_chunk(Body body) const {
+    parallel_for(part_->count, kChunk,
+                 [&](std::size_t begin, std::size_t end) { body(begin / kChunk, begin, end); });
+  }
+
+  /// Two sets of bins a chunk, one for each half of it, filled in turn: neighbours often fall into
+  /// one bin, and would wait for each other.
+  void fill_bins() {
+    boxes_.resize(2 * chunks() * 3 * kBins);
+    counts_.resize(2 * chunks() * 3 * kBins);
+    each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      Record* const boxes = boxes_.data() + chunk * 6 * kBins;
+      std::uint32_t* const counts = counts_.data() + chunk * 6 * kBins;
+      for (std::size_t i = 0; i < 6 * kBins; ++i) store_box(boxes + i, empty_box());
+      std::fill_n(counts, 6 * kBins, 0u);
+      const V4f low = low_, scale = scale_, place_scale = place_scale_;
+      const V4i last = V4i{} + static_cast<std::int32_t>(kBins - 1);
+      const Record* const records = records_;
+      std::uint16_t* const codes[3] = {codes_[0] + part_->begin, codes_[1] + part_->begin,
+                                       codes_[2] + part_->begin};
+      const auto add = [&](std::size_t i, std::size_t set) {
+        const V8f box = load_box(records + i);
+        const V4f key = __builtin_shufflevector(box, box, 0, 1, 2, 3) -
+                        __builtin_shufflevector(box, box, 4, 5, 6, 7);
+        const V4f place = V4f{} + static_cast<float>(static_cast<std::int32_t>(i));
+        V4i code = __builtin_convertvector((key - low) * scale + place * place_scale, V4i);
+        code = code < last ? code : last;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const auto bin = static_cast<std::size_t>(static_cast<std::uint32_t>(code[axis]));
+          const std::size_t to = (set + axis) * kBins + bin;
+          store_box(boxes + to, unite(load_box(boxes + to), box));
+          ++counts[to];
+          codes[axis][i] = static_cast<std::uint16_t>(bin);
+        }
+      };
+      const std::size_t half = (end - begin) / 2;
+      for (std::size_t i = begin; i < begin + half; ++i) {
+        add(i, 0);
+        add(i + half, 3);
+      }
+      if (begin + 2 * half < end) add(end - 1, 3);
+    });
+  }
+
+  void merge_bins() {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Blocks& blocks = blocks_[axis];
+      blocks.resize(kBins);
+      std::uint32_t sum = 0;
+      for (std::size_t b = 0; b < kBins; ++b) {
+        V8f box = empty_box();
+        blocks.starts[b] = sum;
+        for (std::size_t set = 0; set < 2 * chunks(); ++set) {
+          const std::size_t i = (set * 3 + axis) * kBins + b;
+          box = unite(load_box(&boxes_[i]), box);
+          sum += counts_[i];
+        }
+        store_box(&blocks.boxes[b], box);
+      }
+      blocks.starts[kBins] = sum;
+    }
+  }
+
+  /// The records of the bins that may hold the best split, sorted. False if they are too many.
+  bool sort_doubtful(const Split& best) {
+    std::uint32_t sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      doubtful_[axis].assign(kBins, 0);
+      std::uint32_t own = 0;
+      for (std::size_t b = 0; b < kBins; ++b) {
+        if (ruled_out(b, blocks_[axis], part_->count, best)) continue;
+        doubtful_[axis][b] = 1;
+        own += blocks_[axis].starts[b + 1] - blocks_[axis].starts[b];
+      }
+      sorted_[axis].resize(own);
+      sum += own;
+    }
+    if (sum > part_->count / kMostDoubtful) return false;
+    parallel_for(3, 1, [&](std::size_t axis, std::size_t) { sort_axis(axis); });
+    return true;
+  }
+
+  /// Calls body(record, bin) for the records in bins first to last.
+  template <typename Body>
+  LB_INLINE void each_in_bins(std::size_t axis, std::uint32_t first, std::uint32_t last,
+                              Body body) const {
+    constexpr std::size_t kGroup = 32;
+    const std::uint16_t* codes = codes_[axis] + part_->begin;
+    const auto low = static_cast<std::uint16_t>(first),
+               span = static_cast<std::uint16_t>(last - first);
+    const auto inside = [&](std::uint16_t code) {
+      return static_cast<std::uint16_t>(code - low) <= span;
+    };
+    const std::size_t count = part_->count;
+    for (std::size_t begin = 0; begin < count; begin += kGroup) {
+      const std::size_t end = std::min(count, begin + kGroup);
+      if (end == begin + kGroup) {
+        std::uint16_t any = 0;
+        for (std::size_t k = 0; k < kGroup; ++k) {
+          any = static_cast<std::uint16_t>(any | (inside(codes[begin + k]) ? 1 : 0));
+        }
+        if (any == 0) continue;
+      }
+      for (std::size_t i = begin; i < end; ++i) {
+        if (inside(codes[i])) body(i, codes[i]);
+      }
+    }
+  }
+
+  void sort_axis(std::size_t axis) {
+    const std::size_t number = sorted_[axis].size();
+    if (number == 0) return;
+    const std::vector<std::uint8_t>& doubtful = doubtful_[axis];
+    const auto first = static_cast<std::uint32_t>(std::find(doubtful.begin(), doubtful.end(), 1) -
+                                                  doubtful.begin());
+    const auto last = static_cast<std::uint32_t>(
+        doubtful.rend() - std::find(doubtful.rbegin(), doubtful.rend(), 1) - 1);
+    std::vector<std::uint64_t>& order = orders_[axis];
+    order.clear();
+    each_in_bins(axis, first, last, [&](std::size_t i, std::size_t bin) {
+      if (doubtful[bin] == 0) return;
+      order.push_back(std::uint64_t{ordered_bits(records_[i].key(axis))} << 32 | i);
+    });
+    std::sort(order.begin(), order.end());
+    for (std::size_t k = 0; k < number; ++k) {
+      sorted_[axis][k] = records_[static_cast<std::uint32_t>(order[k])];
+    }
+  }
+
+  void sweep_doubtful(Split& best) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const Blocks& blocks = blocks_[axis];
+      const Record* list = sorted_[axis].data();
+      for (std::size_t b = 0; b < kBins; ++b) {
+        if (doubtful_[axis][b] == 0) continue;
+        const std::uint32_t first = blocks.starts[b], count = blocks.starts[b + 1] - first;
+        if (!ruled_out(b, blocks, part_->count, best)) {
+          const V8f before = load_box(&blocks.prefix[b]), after = load_box(&blocks.suffix[b + 1]);
+          const std::size_t number = box_blocks(list, count, first, inside_);
+          scan_blocks(number, before, after, inside_, context(axis), best);
+          sweep_blocks(list, number, inside_, context(axis), best);
+        }
+        list += count;
+      }
+    }
+  }
+
+  /// The first record on the right, and whether others of its centre may be on the left.
+  const Record& first_on_right(const Split& best, std::size_t b, bool& ties) const {
+    const std::size_t axis = best.axis;
+    const Blocks& blocks = blocks_[axis];
+    ties = flat_[axis];
+    if (ties) return records_[best.position];
+    if (best.position == blocks.starts[b]) {
+      const Record* first = nullptr;
+      const auto bin = static_cast<std::uint32_t>(b);
+      each_in_bins(axis, bin, bin, [&](std::size_t i, std::size_t) {
+        if (first == nullptr || records_[i].key(axis) < first->key(axis)) first = records_ + i;
+      });
+      return *first;
+    }
+    const Record* by = sorted_[axis].data() + (best.position - blocks.starts[b]);
+    for (std::size_t other = 0; other < b; ++other) {
+      if (doubtful_[axis][other] != 0) by += blocks.starts[other + 1] - blocks.starts[other];
+    }
+    ties = by[-1].key(axis) == by->key(axis);
+    return *by;
+  }
+
+  void divide(const Split& best, std::array<Part, 2>& children) {
+    const Part& part = *part_;
+    const Blocks& blocks = blocks_[best.axis];
+    std::size_t b = 0;  // the bin of the first on the right
+    while (blocks.starts[b + 1] <= best.position) ++b;
+    write_box(tree_.nodes[part.place], load_box(&blocks.suffix[0]), part.begin, part.count);
+    children = {part, part};
+    children[0].range = load_box(&blocks.prefix[b + (best.position == blocks.starts[b] ? 0 : 1)]);
+    children[0].count = best.position;
+    children[0].place = part.place + 1;
+    children[1].range = load_box(&blocks.suffix[b]);
+    children[1].begin += best.position;
+    children[1].count -= best.position;
+    children[1].place = part.place + 2 * best.position;
+    for (Part& child : children) {
+      ++child.depth;
+      child.side ^= 1u;
+    }
+    bool ties = false;
+    const Record edge = first_on_right(best, b, ties);
+    std::vector<std::size_t> lefts(chunks() + 1, 0);
+    each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      lefts[chunk + 1] = chunks() == 1 ? 0
+                         : ties ? count_left<true>(records_ + begin, end - begin, edge, best.axis)
+                                : count_left<false>(records_ + begin, end - begin, edge, best.axis);
+    });
+    for (std::size_t chunk = 0; chunk < chunks(); ++chunk) lefts[chunk + 1] += lefts[chunk];
+    Record* const to = buffers_[part.side ^ 1u] + part.begin;
+    each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      Record* left = to + lefts[chunk];
+      Record* right = to + best.position + (begin - lefts[chunk]);
+      if (ties) {
+        distribute<true>(records_ + begin, end - begin, edge, best.axis, left, right);
+      } else {
+        distribute<false>(records_ + begin, end - begin, edge, best.axis, left, right);
+      }
+    });
+  }
+
+  const Buffers& buffers_;
+  const Codes& codes_;
+  TreeArrays& tree_;
+  // Of the node at hand.
+  const Part* part_ = nullptr;
+  const Record* records_ = nullptr;
+  PositionRange range_{};
+  V4f low_{}, scale_{}, place_scale_{};
+  std::array<bool, 3> flat_{};
+  LargeVector<Record> boxes_;  // by half chunk, axis, bin
+  LargeVector<std::uint32_t> counts_;
+  NodeBlocks blocks_;
+  Blocks inside_;
+  std::array<std::vector<std::uint8_t>, 3> doubtful_;  // 1 for bins whose records are sorted
+  std::array<std::vector<std::uint64_t>, 3> orders_;
+  std::array<std::vector<Record>, 3> sorted_;
+};
