@@ -22,8 +22,14 @@ constexpr double kEdgeError = 0.5;
 constexpr double kSixteenthsError = kEdgeError * 2.24 / 16;
 constexpr int kMostEmitterRays = 4096;
 constexpr int kMostEdgeRounds = 1024;
-/// Rays from every sixteenth of a refined texel, before it is known where edges run.
+/// Rays from every sixteenth of a refined texel, before it is known where edges run: at least and
+/// at most, and the share of an edge's allowed error that one ray's sixteenth may bring.
 constexpr std::uint32_t kFirstRounds = 4;
+constexpr double kMostFirstRounds = 64;
+constexpr double kUnseenShare = 2;
+/// A light that is so many times the mean irradiance is asked from all points of a texel: a strip
+/// of sun that is thinner than a texel counts.
+constexpr double kStrong = 2;
 /// Doubt about many emitters that is not worth a look at each, of the error that is asked for.
 constexpr double kNegligible = 0.3;
 /// Shares of a light that differ by more than this are two states.
@@ -161,6 +167,15 @@ Rgb DirectTexel::pilot_punctual(std::uint32_t t, DirectPilot& pilot, std::span<R
     for (std::uint32_t i = 0; pilot.thorough && i < used && !mixed; ++i) {
       mixed = !(input_.direct.punctual_visibility(at[i], light, counts.rays) == share);
     }
+    if (pilot.thorough && !mixed && open.sum() > 3 * kStrong * used * input_.mean_irradiance) {
+      const OwenSobol2 within(static_cast<std::uint32_t>(item_seed(input_.seed, t, 290)));
+      for (std::uint32_t i = 0; i < points.count && !mixed; ++i) {
+        const Receiver near =
+            receiver_at(input_.scene, input_.layout,
+                        moved_within(input_.layout, points.point[i], within.point(i)), lift);
+        mixed = !(input_.direct.punctual_visibility(near, light, counts.rays) == share);
+      }
+    }
     pilot.punctual_mixed = pilot.punctual_mixed || mixed;
     hash = hash * 0x9e3779b1u + (share.is_black() ? 2 : 3);
     const Rgbd arrives = open * to_double(share);
@@ -195,6 +210,11 @@ Rgbd DirectTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& p
     }
   };
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, 0, kFirstRounds);
+  // A strip that covers less of a sixteenth than one ray stands for may pass unseen.
+  const double allowed = kUnseenShare * settings_.direct_error * input_.mean_irradiance;
+  const auto first_rounds = static_cast<std::uint32_t>(std::clamp(
+      allowed > 0 ? open_sum / (16 * allowed) : 0, double{kFirstRounds}, kMostFirstRounds));
+  for (std::uint32_t i = 0; i < points.count; ++i) take(i, kFirstRounds, first_rounds);
   std::array<bool, 16> edge{};
   for (std::uint32_t i = 0; i < points.count; ++i) {
     edge[i] = part[i].mixed();
@@ -207,7 +227,7 @@ Rgbd DirectTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& p
       static_cast<std::uint32_t>(samples_for(open_sum, kSixteenthsError, kMostEdgeRounds));
   Rgbd total;
   for (std::uint32_t i = 0; i < points.count; ++i) {
-    if (edge[i] && rounds > kFirstRounds) take(i, kFirstRounds, rounds);
+    if (edge[i] && rounds > first_rounds) take(i, first_rounds, rounds);
     total += part[i].sum / static_cast<double>(part[i].taken);
   }
   return total / static_cast<double>(points.count);
