@@ -61,7 +61,8 @@ Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& repo
   report["expected"] = report_expected(tuned);
   const accuracy::BakeSettings settings =
       accuracy::settings_for(tuned.rungs, measure_for_settings(p, made.places), options.seed);
-  LB_ASSIGN_OR_RETURN(made.light, bake_light(options, p, made.places, settings, clock, progress));
+  LB_ASSIGN_OR_RETURN(made.light, bake_light(options, p, made.places, settings, clock, progress,
+                                             {nullptr, false, std::move(tuned.first)}));
   clock.start("pages");
   made.pages =
       lightmap::make_pages(made.places.layout, made.places.texels, made.light.baked.irradiance);

@@ -4,16 +4,10 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
-#include "core/radiosity/direct_light.h"
-#include "core/radiosity/elements.h"
-#include "core/radiosity/light_sources.h"
-#include "core/radiosity/linked_solver.h"
-#include "core/radiosity/solver.h"
+#include "core/pipeline/first_stage.h"
 
 namespace lightbatch::pipeline {
 namespace {
-
-using plan::Effect;
 
 double triangle_area(const scene::Scene& scene, std::uint32_t i) {
   const auto c = scene.corners(i);
@@ -36,51 +30,6 @@ double area_of(const scene::Scene& scene, Weight weight) {
       [](double a, double b) { return a + b; });
 }
 
-/// All that the first stage is made of; the parts refer to each other.
-struct FirstStage {
-  radiosity::LightSources sources;
-  radiosity::DirectLight direct;
-  radiosity::Elements elements;
-  radiosity::ElementLookup lookup;
-  radiosity::SolverOptions options;
-  radiosity::Solution solution;
-
-  FirstStage(const Prepared& p, const accuracy::BakeSettings& settings)
-      : sources(*p.scene, *p.optics,
-                {p.effects.on(Effect::kPointLights), p.effects.on(Effect::kSpotLights),
-                 p.effects.on(Effect::kDirectionalLights), p.effects.on(Effect::kEmitters)}),
-        direct(*p.optics, *p.caster, sources, p.effects.on(Effect::kShadows)),
-        elements(*p.scene, p.tree, *p.optics, settings.elements),
-        lookup(*p.scene, *p.caster, elements, direct.lift()),
-        options(settings.solver) {
-    options.interreflection = p.effects.on(Effect::kInterreflection);
-  }
-  FirstStage(const FirstStage&) = delete;
-  FirstStage& operator=(const FirstStage&) = delete;
-
-  Status solve(const Prepared& p, bool linked, std::size_t groups, const Progress& progress) {
-    const radiosity::SolverInput input{*p.scene, p.tree, *p.optics, *p.caster, elements,
-                                       direct,   p.sky,  lookup,    groups};
-    LB_ASSIGN_OR_RETURN(solution, linked ? radiosity::solve_linked(input, options, progress)
-                                         : radiosity::solve_stored_rays(input, options, progress));
-    return {};
-  }
-
-  /// Mean irradiance of one side of a triangle, lux, mean over channels. Cells of large triangles:
-  /// a fixed spread of points stands for them.
-  double irradiance_of(std::uint32_t triangle, bool back) const {
-    constexpr float kSpread[][2] = {{0.333f, 0.333f}, {0.1f, 0.1f},  {0.8f, 0.1f}, {0.1f, 0.8f},
-                                    {0.45f, 0.45f},   {0.1f, 0.45f}, {0.45f, 0.1f}};
-    double mean = 0;
-    for (const auto& uv : kSpread) {
-      const radiosity::ElementId e = elements.at(triangle, uv[0], uv[1], back);
-      if (e == radiosity::kNoElement) continue;
-      mean += static_cast<double>(solution.irradiance[e].sum()) / (3.0 * std::size(kSpread));
-    }
-    return mean;
-  }
-};
-
 /// Mean irradiance over the surfaces that have texels, all channels.
 double mean_over_texels(const Prepared& p, const LightmapPlaces& places, const FirstStage& first) {
   double sum = 0, area = 0;
@@ -92,16 +41,6 @@ double mean_over_texels(const Prepared& p, const LightmapPlaces& places, const F
     area += a;
   }
   return area > 0 ? sum / area : 0;
-}
-
-/// Memory that light by group may take.
-constexpr std::uint64_t kMostGroupedBytes = std::uint64_t{1} << 30;
-
-/// Of the lights and the sky.
-std::vector<radiosity::LightGroup> groups_of(const radiosity::LightSources& sources) {
-  std::vector<radiosity::LightGroup> groups = sources.groups();
-  groups.push_back({radiosity::LightGroup::Kind::kSky, 0, "sky", {1, 1, 1}});
-  return groups;
 }
 
 /// Light in front of a chart below this share of that behind: the front is closed off.
@@ -122,7 +61,7 @@ Status choose_sides(const JobOptions& options, const Prepared& p, LightmapPlaces
   if (!any) return {};
   FirstStage first(
       p, accuracy::settings_for(kRoughRung, measure_for_settings(p, places), options.seed));
-  LB_RETURN_IF_ERROR(first.solve(p, false, 0, progress));
+  LB_RETURN_IF_ERROR(first.solve(p, SolverMode::kStoredRay, 0, progress));
   std::vector<double> front(places.layout.charts.size()), behind(front.size());
   std::vector<std::uint8_t> one_sided(front.size());
   for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
@@ -172,40 +111,39 @@ Result<LightmapPlaces> make_places(const JobOptions& options, const Prepared& p,
 
 Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                              const LightmapPlaces& places, const accuracy::BakeSettings& settings,
-                             StageClock& clock, const Progress& progress,
-                             const std::vector<std::uint8_t>* selected) {
+                             StageClock& clock, const Progress& progress, const LightWish& wish) {
   clock.start("radiosity");
   progress.report("radiosity", 0);
   LightBake bake;
-  bake.settings = settings;
-  FirstStage first(p, settings);
-  bake.element_edge = first.elements.edge();
-  const bool linked = options.solver == SolverMode::kLinked;
-  if (selected == nullptr) bake.groups = groups_of(first.sources);
-  const std::size_t sources = bake.groups.size() - (p.sky.is_black() ? 1 : 0);
-  std::size_t apart = selected == nullptr && sources > 1 ? bake.groups.size() : 0;
-  const std::uint64_t items =
-      std::max<std::uint64_t>(places.texels.texels.size(), first.elements.count());
-  if (apart > 0 && (linked || 4 * apart * items * sizeof(Rgb) > kMostGroupedBytes)) {
-    apart = 0;
-    bake.groups.clear();
+  std::shared_ptr<const FirstStage> first = wish.first;
+  const bool whole = wish.selected == nullptr;
+  if (first == nullptr) {
+    const auto fresh = std::make_shared<FirstStage>(p, settings);
+    const std::size_t most = whole || wish.keep_first ? places.texels.texels.size() : 0;
+    LB_RETURN_IF_ERROR(fresh->solve(p, options.solver, most, progress));
+    first = fresh;
   }
-  LB_RETURN_IF_ERROR(first.solve(p, linked, apart, progress));
-  bake.mode = linked ? "linked" : "stored-ray";
-  bake.radiosity = first.solution.statistics;
-  bake.mean_irradiance = mean_over_texels(p, places, first);
+  bake.settings = settings;
+  bake.settings.elements = first->settings.elements;
+  bake.settings.solver = first->settings.solver;
+  bake.element_edge = first->elements.edge();
+  bake.mode = first->linked ? "linked" : "stored-ray";
+  bake.radiosity = first->solution.statistics;
+  bake.mean_irradiance = mean_over_texels(p, places, *first);
+  if (whole) bake.groups = first->groups;
+  if (wish.keep_first) bake.first = first;
 
   clock.start("gather");
-  lightmap::BakeInput input{*p.scene,      *p.optics,      *p.caster,    p.sky,
-                            first.direct,  first.elements, first.lookup, first.solution,
+  lightmap::BakeInput input{*p.scene,      *p.optics,       *p.caster,     p.sky,
+                            first->direct, first->elements, first->lookup, first->solution,
                             places.layout, places.texels};
-  input.indirect = first.options.interreflection || !p.sky.is_black();
+  input.indirect = first->options.interreflection || !p.sky.is_black();
   input.punctual_direct = options.lights == LightsPolicy::kRemove;
-  input.direct_lights = !first.sources.punctual().empty() || !first.sources.emitters().empty();
+  input.direct_lights = !first->sources.punctual().empty() || !first->sources.emitters().empty();
   input.mean_irradiance = bake.mean_irradiance;
-  input.groups = apart;
+  input.groups = whole ? first->solution.unresolved_by_group.groups() : 0;
   input.seed = options.seed;
-  input.selected = selected;
+  input.selected = wish.selected;
   LB_ASSIGN_OR_RETURN(bake.baked, lightmap::bake_texels(input, settings.gather, progress));
   clock.stop();
   return bake;

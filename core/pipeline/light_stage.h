@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct LightmapPlaces {
 Result<LightmapPlaces> make_places(const JobOptions& options, const Prepared& p, StageClock& clock,
                                    const Progress& progress);
 
+/// The radiosity of every element, and all that it is made of.
+class FirstStage;
+
 /// A baked lightmap with what the report tells of it.
 struct LightBake {
   accuracy::BakeSettings settings;
@@ -34,16 +38,23 @@ struct LightBake {
   /// The sky last, black or not. baked.by_group has their light, unless all is of one source;
   /// empty: not kept apart.
   std::vector<radiosity::LightGroup> groups;
+  std::shared_ptr<const FirstStage> first;  // where it was asked for
 };
 
 /// What settings are chosen from.
 accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPlaces& places);
 
-/// Stages "radiosity" and "gather". selected: bake these texels only (see select_texels); all of
-/// them: by light group too, where there are several.
+/// What of a lightmap is wanted, and what is there already.
+struct LightWish {
+  const std::vector<std::uint8_t>* selected = nullptr;  // these texels only (see select_texels)
+  bool keep_first = false;                              // give the first stage back
+  std::shared_ptr<const FirstStage> first;              // in place of one by the settings
+};
+
+/// Stages "radiosity" and "gather". All texels: by light group too, where there are several.
 Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                              const LightmapPlaces& places, const accuracy::BakeSettings& settings,
                              StageClock& clock, const Progress& progress,
-                             const std::vector<std::uint8_t>* selected = nullptr);
+                             const LightWish& wish = {});
 
 }  // namespace lightbatch::pipeline

@@ -20,7 +20,8 @@ constexpr double kMostTexels = 10000;
 constexpr double kAim = 0.75;
 /// Indirect light is read at a rung of this many targets at most, direct light at the target's own:
 /// edges of shadows are few, so that a map's error hardly knows of them, but they are looked at. No
-/// part is read at a finer rung than the share: what has not fallen by then does not fall with rays.
+/// part is read at a finer rung than the share: what has not fallen by then does not fall with
+/// rays.
 constexpr double kLeastCare = 4;
 constexpr double kMostCare = 1.0 / 12;
 /// A choice within this factor of the pilot's rung is believed.
@@ -29,6 +30,8 @@ constexpr double kNear = 2.0;
 constexpr double kShareOfPaths = 0.25;
 /// Errors are believed to be at most this many times what the two runs differ by.
 constexpr double kMostExcess = 3;
+/// A first stage serves rungs down to this part of its own.
+constexpr double kCoarseEnough = 1.4;
 /// Rungs of the two runs of a pilot.
 constexpr double kApart = 2.0;
 
@@ -101,11 +104,12 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
   LB_ASSIGN_OR_RETURN(
       const LightBake rough,
       bake_light(other, p, places, accuracy::settings_for(coarse, measure, other.seed), own,
-                 progress, &selected));
+                 progress, {&selected, false, nullptr}));
   LB_ASSIGN_OR_RETURN(
       const LightBake fine,
       bake_light(options, p, places, accuracy::settings_for(at, measure, options.seed), own,
-                 progress, &selected));
+                 progress, {&selected, true, nullptr}));
+  pilot.first = fine.first;
   const Parts a = parts_of(rough, selected), b = parts_of(fine, selected);
   const double mean = mean_of(b, areas);
   const double direct_rays = static_cast<double>(fine.baked.direct_rays) * whole;
@@ -163,15 +167,17 @@ Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapP
   progress.report("pilot", 0);
   Tuned tuned;
   tuned.rungs = {target, target, target};
+  Rungs at = tuned.rungs;
   for (int round = 0; round < 2; ++round) {
-    LB_ASSIGN_OR_RETURN(tuned.pilot, run_pilot(options, p, places, tuned.rungs, progress));
+    at = tuned.rungs;
+    LB_ASSIGN_OR_RETURN(tuned.pilot, run_pilot(options, p, places, at, progress));
     tuned.seconds += tuned.pilot.own_seconds;
-    const Rungs before = tuned.rungs;
     tuned.rungs = rungs_for(tuned.pilot, target);
-    if (near(before.direct, tuned.rungs.direct) && near(before.indirect, tuned.rungs.indirect)) {
-      break;
-    }
+    if (near(at.direct, tuned.rungs.direct) && near(at.indirect, tuned.rungs.indirect)) break;
   }
+  // The error that the first stage leaves is a small part of the whole.
+  if (at.indirect < kCoarseEnough * tuned.rungs.indirect) tuned.first = tuned.pilot.first;
+  tuned.pilot.first = nullptr;
   return tuned;
 }
 
@@ -185,11 +191,22 @@ double rays_at(const Pilot& pilot, const Rungs& rungs) {
          accuracy::cost_at(pilot.indirect, rungs.indirect);
 }
 
+namespace {
+
+/// What a part costs at another rung, over what it cost its pilot.
+double times(const accuracy::PartPilot& part, double rung) {
+  return part.cost > 0 ? accuracy::cost_at(part, rung) / part.cost : 1.0;
+}
+
+}  // namespace
+
+double solve_seconds_at(const Pilot& pilot, const Rungs& rungs) {
+  return pilot.solve_seconds * times(pilot.indirect, rungs.indirect);
+}
+
 double seconds_at(const Pilot& pilot, const Rungs& rungs) {
-  const auto times = [](const accuracy::PartPilot& part, double rung) {
-    return part.cost > 0 ? accuracy::cost_at(part, rung) / part.cost : 1.0;
-  };
-  return (pilot.solve_seconds + pilot.gather_seconds) * times(pilot.indirect, rungs.indirect) +
+  return solve_seconds_at(pilot, rungs) +
+         pilot.gather_seconds * times(pilot.indirect, rungs.indirect) +
          pilot.direct_seconds * times(pilot.direct, rungs.direct);
 }
 

@@ -13,7 +13,8 @@ struct Pilot {
   /// Wall seconds of the whole map at the pilot's rungs, and of the pilot itself.
   double solve_seconds = 0, direct_seconds = 0, gather_seconds = 0;
   double own_seconds = 0;
-  double seconds_a_path = 0;  // of a certificate
+  double seconds_a_path = 0;                // of a certificate
+  std::shared_ptr<const FirstStage> first;  // at the pilot's rungs
 };
 
 /// Light of a fixed small share of the texels at `at` and once more at twice its errors, from other
@@ -30,6 +31,8 @@ accuracy::Rungs rungs_for(const Pilot& pilot, double target);
 struct Tuned {
   accuracy::Rungs rungs;
   Pilot pilot;
+  /// The pilot's first stage where it is good enough for the rungs.
+  std::shared_ptr<const FirstStage> first;
   double seconds = 0;  // wall, of all its pilots
 };
 Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
@@ -39,7 +42,8 @@ Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapP
 double error_at(const Pilot& pilot, const accuracy::Rungs& rungs);
 /// Rays of the bake at other rungs.
 double rays_at(const Pilot& pilot, const accuracy::Rungs& rungs);
-/// Wall seconds of first stage and texels at other rungs.
+/// Wall seconds of first stage and texels at other rungs; of the first stage alone.
 double seconds_at(const Pilot& pilot, const accuracy::Rungs& rungs);
+double solve_seconds_at(const Pilot& pilot, const accuracy::Rungs& rungs);
 
 }  // namespace lightbatch::pipeline

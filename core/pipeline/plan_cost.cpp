@@ -65,8 +65,8 @@ Status expect_costs(const JobOptions& options, Prepared& p, StageClock& clock,
   clock.start("pilot");
   progress.report("pilot", 0);
   StageClock own;
-  LB_ASSIGN_OR_RETURN(const LightBake bake,
-                      bake_light(options, p, places, settings, own, progress, &selected));
+  LB_ASSIGN_OR_RETURN(const LightBake bake, bake_light(options, p, places, settings, own, progress,
+                                                       {&selected, false, nullptr}));
   clock.stop();
   set_costs(p.effects, *p.scene, bake, static_cast<double>(baked) / static_cast<double>(texels));
   return {};

@@ -31,10 +31,13 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
   const double before = clock.seconds();
   const double after = kWritePerTriangle * static_cast<double>(p.scene->triangles.size()) +
                        kWritePerTexel * static_cast<double>(places.texels.texels.size());
+  bool reuses = true;  // bakes take the first stage of their pilot
   clock.start("pilot");
   for (const double target : kPiloted) {
     if (!quote.pilots.empty() && clock.seconds() > patience) break;
     LB_ASSIGN_OR_RETURN(Tuned t, tune(options, p, places, target, progress));
+    reuses = reuses && t.first != nullptr;
+    t.first = nullptr;
     quote.pilots.push_back(std::move(t));
   }
   clock.stop();
@@ -53,7 +56,8 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
     // A pilot starts at its target's own rungs.
     const double own =
         tuned.seconds * std::pow(tuned.rungs.target / target, pilot.indirect.growth.cost);
-    quote.prices.push_back({target, error_at(pilot, rungs), before + own + rest, rest});
+    const double spared = reuses ? solve_seconds_at(pilot, rungs) : 0;
+    quote.prices.push_back({target, error_at(pilot, rungs), before + own + rest - spared, rest});
   }
   return quote;
 }

@@ -71,8 +71,8 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
     LB_ASSIGN_OR_RETURN(const Tuned tuned, tune(options, p, places, target, progress));
     const auto settings =
         accuracy::settings_for(tuned.rungs, measure_for_settings(p, places), options.seed);
-    LB_ASSIGN_OR_RETURN(const LightBake bake,
-                        bake_light(options, p, places, settings, own, progress));
+    LB_ASSIGN_OR_RETURN(const LightBake bake, bake_light(options, p, places, settings, own,
+                                                         progress, {nullptr, false, tuned.first}));
     const double seconds = shared_seconds + own.seconds();
     const double cpu = shared_cpu + own.cpu_seconds();
     LB_ASSIGN_OR_RETURN(const accuracy::Certificate c,

@@ -108,9 +108,11 @@ int main(int argc, char** argv) {
     return 3;
   }
   accuracy::Rungs rungs{options.target_error, options.target_error, options.target_error};
+  std::shared_ptr<const pipeline::FirstStage> first;  // the pilot's; --fresh: not taken
   if (!option.contains("--untuned")) {
     const auto tuned = pipeline::tune(options, p, *places, options.target_error, silent);
     rungs = tuned->rungs;
+    if (!option.contains("--fresh")) first = tuned->first;
     clock.start("pilot");
     clock.stop();
     std::printf("direct: error %.3f %% at rung %.3f %%, read at %.3f %%; cost %.3g rays\n",
@@ -144,7 +146,7 @@ int main(int argc, char** argv) {
     for (std::size_t t; list >> t;) selected[t] = 1;
   }
   auto bake = pipeline::bake_light(options, p, *places, settings, clock, silent,
-                                   selected.empty() ? nullptr : &selected);
+                                   {selected.empty() ? nullptr : &selected, false, first});
   for (std::size_t t = 0; t < selected.size(); ++t) {
     const auto& texel = places->texels.texels[t];
     const auto pts = lightmap::texel_points(places->texels, texel);
