@@ -103,8 +103,9 @@ class IndirectMap {
   enum State : std::uint8_t { kUnknown, kRequested, kComputed, kShared };
 
   /// Rays in proportion to what a texel brings into the error of the map: noise grows with the
-  /// indirect light that the first stage found there, and falls with the rays to the power 0.7;
-  /// the least sum of squares for a number of rays has rays ~ light^(2 / 2.4).
+  /// indirect light that the first stage found there, and falls with the rays to the power 0.7; its
+  /// square counts by the texel's surface. The least sum of squares for a number of rays has rays
+  /// ~ (light^2 surface)^(1 / 2.4).
   void share_rays() {
     share_.assign(state_.size(), 1.0f);
     const auto& indirect = input_.solution.indirect;
@@ -114,7 +115,12 @@ class IndirectMap {
         const TexelPoints::Point p = central_point(input_.texels, input_.texels.texels[t]);
         const atlas::SurfacePoint at = atlas::point_at(input_.layout, p.triangle, p.at);
         const radiosity::ElementId e = input_.elements.at(at.triangle, at.u, at.v, p.back);
-        share_[t] = e == radiosity::kNoElement ? 0.0f : indirect[e].sum();
+        const double whole = 1 / (input_.layout.texels_per_metre * input_.layout.texels_per_metre);
+        const double part =
+            std::min(1.0, input_.texels.surface_of(input_.texels.texels[t]) / whole);
+        share_[t] = e == radiosity::kNoElement
+                        ? 0.0f
+                        : indirect[e].sum() * static_cast<float>(std::sqrt(part));
       }
     });
     double mean = 0;

@@ -42,6 +42,9 @@ std::uint16_t with_state(std::uint16_t states, std::size_t k, LightState s) {
   return static_cast<std::uint16_t>(cleared | (static_cast<unsigned>(s) << (2 * k)));
 }
 
+/// Samples of an element that the edge of a resolved light's shadow crosses, against others.
+constexpr int kEdgeSamples = 8;
+
 /// A few samples may miss an edge that runs through an element. Only a cell whose neighbours are
 /// all of its own state is believed to be wholly lit or wholly dark; groups of small triangles,
 /// which have no neighbours, only when dark.
@@ -99,15 +102,18 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
       Rgbd resolved, rest;
       std::array<int, kResolvedLights> lit{}, dark{};
       std::array<Rgb, kMostGroups> resolved_part{}, rest_part{};
-      for (int s = 0; s < samples; ++s) {
+      const auto receiver = [&](int s) {
         const Vec2f ab = points.point(static_cast<std::uint32_t>(s));
         const ElementPoint p = elements.point(e, ab.x, ab.y);
-        const Receiver at{optics::surface_frame(input.scene, p.triangle, p.u, p.v,
-                                                elements.is_back(e), input.direct.lift()),
-                          p.triangle};
+        return Receiver{optics::surface_frame(input.scene, p.triangle, p.u, p.v,
+                                              elements.is_back(e), input.direct.lift()),
+                        p.triangle};
+      };
+      const auto ask_lights = [&](const Receiver& at, bool resolved_only) {
         for (std::size_t l = 0; l < lights.size(); ++l) {
-          const Rgb open = lights[l].irradiance(at.frame.position, at.frame.normal);
           const std::uint8_t k = slot[l];
+          if (resolved_only && k == kResolvedLights) continue;
+          const Rgb open = lights[l].irradiance(at.frame.position, at.frame.normal);
           if (open.is_black()) {
             if (k < kResolvedLights) ++dark[k];
             continue;
@@ -122,6 +128,10 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
             rest_part[lights[l].group] += open * share;
           }
         }
+      };
+      for (int s = 0; s < samples; ++s) {
+        const Receiver at = receiver(s);
+        ask_lights(at, false);
         if (emitters) {
           const float turn = static_cast<float>(s) / static_cast<float>(samples);
           const EmitterTerms terms =
@@ -140,12 +150,22 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
           }
         }
       }
+      // The edge of a strong light's shadow decides what the element sends on.
+      int resolved_samples = samples;
+      bool mixed = false;
+      for (std::size_t k = 0; k < kResolvedLights; ++k)
+        mixed = mixed || (lit[k] > 0 && dark[k] > 0);
+      for (; mixed && resolved_samples < kEdgeSamples * samples; ++resolved_samples) {
+        ask_lights(receiver(resolved_samples), true);
+      }
       const double scale = 1.0 / samples;
+      const double resolved_scale = 1.0 / resolved_samples;
       solution.unresolved[e] = to_float(rest * scale);
-      solution.irradiance[e] = to_float((rest + resolved) * scale);
+      solution.irradiance[e] = to_float(rest * scale + resolved * resolved_scale);
       for (std::size_t g = 0; direct_by_group != nullptr && g < input.groups; ++g) {
         solution.unresolved_by_group.of(e)[g] = rest_part[g] * static_cast<float>(scale);
-        direct_by_group->of(e)[g] = (rest_part[g] + resolved_part[g]) * static_cast<float>(scale);
+        direct_by_group->of(e)[g] = rest_part[g] * static_cast<float>(scale) +
+                                    resolved_part[g] * static_cast<float>(resolved_scale);
       }
       std::uint16_t state = 0;
       for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
