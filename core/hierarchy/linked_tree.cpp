@@ -1,6 +1,7 @@
 #include "core/hierarchy/linked_tree.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/hierarchy/split_rule.h"
@@ -8,44 +9,57 @@
 namespace lightbatch::hierarchy {
 namespace {
 
-constexpr std::size_t kGrain = 8192;
+constexpr std::size_t kGrain = 1024;  // subtrees
+
+/// Whether a leaf below node `root` lies more than `levels` deeper.
+bool is_deeper(const TreeNodes& nodes, std::uint32_t root, int levels) {
+  if (static_cast<std::int64_t>(nodes[root].count) - 1 <= levels) return false;
+  struct Entry {
+    std::uint32_t node;
+    int levels;
+  };
+  std::vector<Entry> open{{root, levels}};
+  while (!open.empty()) {
+    const Entry top = open.back();
+    open.pop_back();
+    if (static_cast<std::int64_t>(nodes[top.node].count) - 1 <= top.levels) continue;
+    if (top.levels == 0) return true;
+    open.push_back({top.node + 1, top.levels - 1});
+    open.push_back({top.node + 2 * nodes[top.node + 1].count, top.levels - 1});
+  }
+  return false;
+}
 
 }  // namespace
 
-LinkedTree::LinkedTree(const TreeArrays& tree)
-    : nodes_(tree.nodes.size() + 1),
-      parents_(tree.nodes.size() / 2 + 1),
-      heights_(tree.nodes.size() + 1) {
-  const std::size_t n = tree.nodes.size();
-  LargeVector<Slot> slots(n);
-  slots[0] = 0;
-  parents_[0] = 0;
-  // The pair of an inner node is its rank among inner nodes in depth-first order.
-  const auto pair_of = [&](std::size_t i) {
-    return 2 + 2 * (static_cast<Slot>(i) - tree.nodes[i].first);
+LinkedTree::LinkedTree(const TreeArrays& tree, float least_area)
+    : tree_(tree), nodes_(2), parents_(1, 0), heights_(2, 0) {
+  struct Link {
+    std::uint32_t node;
+    Slot slot;
   };
-  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (tree.nodes[i].count == 1) continue;
-      slots[i + 1] = pair_of(i);
-      slots[i + 2 * tree.nodes[i + 1].count] = pair_of(i) + 1;
-    }
-  });
-  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const TreeNode& t = tree.nodes[i];
-      const bool leaf = t.count == 1;
-      nodes_[slots[i]] = {{t.lower[0], t.lower[1], t.lower[2]},
-                          leaf ? kLeaf | tree.primitives[t.first] : pair_of(i),
-                          {-t.upper[0], -t.upper[1], -t.upper[2]},
-                          t.count};
-      if (!leaf) parents_[pair_of(i) / 2] = slots[i];
-    }
-  });
-  nodes_[1] = {};
-  for (std::size_t i = n; i-- > 0;) {
-    const Slot slot = slots[i];
-    heights_[slot] = is_leaf(slot) ? 0 : height_of_pair(nodes_[slot].link);
+  std::vector<Link> open{{0, 0}};
+  std::vector<Slot> inner;  // parents before children
+  while (!open.empty()) {
+    const auto [i, slot] = open.back();
+    open.pop_back();
+    const TreeNode& t = tree.nodes[i];
+    nodes_[slot] = {{t.lower[0], t.lower[1], t.lower[2]},
+                    kLeaf | i,
+                    {-t.upper[0], -t.upper[1], -t.upper[2]},
+                    t.count};
+    if (t.count == 1 || (slot != 0 && box(slot).area() < least_area)) continue;
+    const Slot pair = slot_count();
+    nodes_[slot].link = pair;
+    nodes_.resize(pair + 2);
+    heights_.resize(pair + 2);
+    parents_.push_back(slot);
+    inner.push_back(slot);
+    open.push_back({i + 2 * tree.nodes[i + 1].count, pair + 1});
+    open.push_back({i + 1, pair});
+  }
+  for (std::size_t k = inner.size(); k-- > 0;) {
+    heights_[inner[k]] = height_of_pair(nodes_[inner[k]].link);
   }
 }
 
@@ -91,55 +105,67 @@ void LinkedTree::move(Slot from, Slot to) {
   refit_to_root(to);
 }
 
-void LinkedTree::write(TreeArrays& tree) const {
-  struct Part {
-    Slot slot;
-    std::uint32_t place, first;
-  };
-  const auto write_part = [&](const Part& part) {
+struct LinkedTree::Part {
+  Slot slot;
+  std::uint32_t place, first;
+  int depth;
+};
+
+void LinkedTree::copy_subtree(const Part& part, TreeArrays& out) const {
+  const std::uint32_t from = nodes_[part.slot].link & ~kLeaf, count = nodes_[part.slot].count;
+  const std::uint32_t from_first = tree_.nodes[from].first;
+  for (std::uint32_t k = 0; k < 2 * count - 1; ++k) {
+    TreeNode node = tree_.nodes[from + k];
+    node.first += part.first - from_first;  // may wrap on its way
+    out.nodes[part.place + k] = node;
+  }
+  std::copy_n(tree_.primitives.begin() + from_first, count, out.primitives.begin() + part.first);
+}
+
+TreeArrays LinkedTree::write() const {
+  TreeArrays out(nodes_[0].count);
+  const auto write_node = [&](const Part& part) {
     const Node& node = nodes_[part.slot];
-    tree.nodes[part.place] = {
+    out.nodes[part.place] = {
         {node.lower[0], node.lower[1], node.lower[2]},
         part.first,
         {-node.negated_upper[0], -node.negated_upper[1], -node.negated_upper[2]},
         node.count};
-    if ((node.link & kLeaf) != 0) tree.primitives[part.first] = node.link & ~kLeaf;
   };
   const auto left_of = [&](const Part& part) {
-    return Part{nodes_[part.slot].link, part.place + 1, part.first};
+    return Part{nodes_[part.slot].link, part.place + 1, part.first, part.depth + 1};
   };
   const auto right_of = [&](const Part& part) {
     const std::uint32_t on_left = nodes_[nodes_[part.slot].link].count;
-    return Part{nodes_[part.slot].link + 1, part.place + 2 * on_left, part.first + on_left};
+    return Part{nodes_[part.slot].link + 1, part.place + 2 * on_left, part.first + on_left,
+                part.depth + 1};
   };
-  // The top by this thread, subtrees by all.
-  const std::uint32_t enough = std::max(4096u, nodes_[0].count / 16);
-  std::vector<Part> open{{0, 0, 0}}, parts;
+  // The nodes of the top by this thread, the subtrees below by all.
+  std::vector<Part> open{{0, 0, 0, 0}}, leaves;
   while (!open.empty()) {
     const Part part = open.back();
     open.pop_back();
-    if (nodes_[part.slot].count <= enough) {
-      parts.push_back(part);
+    if (is_leaf(part.slot)) {
+      leaves.push_back(part);
       continue;
     }
-    write_part(part);
-    open.push_back(left_of(part));
+    write_node(part);
     open.push_back(right_of(part));
+    open.push_back(left_of(part));
   }
-  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
-    std::vector<Part> stack;
-    for (std::size_t i = begin; i < end; ++i) {
-      stack.assign(1, parts[i]);
-      while (!stack.empty()) {
-        const Part part = stack.back();
-        stack.pop_back();
-        write_part(part);
-        if (is_leaf(part.slot)) continue;
-        stack.push_back(right_of(part));
-        stack.push_back(left_of(part));
-      }
-    }
-  });
+  const int too_deep = deterministic_reduce(
+      leaves.size(), kGrain, 0,
+      [&](std::size_t begin, std::size_t end) {
+        int deep = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+          copy_subtree(leaves[i], out);
+          const std::uint32_t root = nodes_[leaves[i].slot].link & ~kLeaf;
+          deep += is_deeper(tree_.nodes, root, kMaxDepth - leaves[i].depth) ? 1 : 0;
+        }
+        return deep;
+      },
+      [](int a, int b) { return a + b; });
+  return too_deep > 0 ? TreeArrays() : std::move(out);
 }
 
 }  // namespace lightbatch::hierarchy

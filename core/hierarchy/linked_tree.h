@@ -8,15 +8,16 @@
 
 namespace lightbatch::hierarchy {
 
-/// A binary tree whose subtrees can be moved. The two children of a node lie side by side in a
-/// pair of slots (2k, 2k + 1), so the sibling of slot i is i ^ 1; the root is slot 0.
+/// The top of a binary tree, whose subtrees can be moved: nodes of at least some area, and below
+/// them whole subtrees of the tree that it was made from. The two children of a node lie side by
+/// side in a pair of slots (2k, 2k + 1), so the sibling of slot i is i ^ 1; the root is slot 0.
 class LinkedTree {
  public:
   using Slot = std::uint32_t;
   using Planes = float __attribute__((vector_size(16)));
 
   /// Upper planes are negated: union is the minimum. In place of a child pair leaves hold
-  /// kLeaf | primitive.
+  /// kLeaf | the node of the given tree whose subtree they stand for.
   struct alignas(32) Node {
     float lower[3];
     std::uint32_t link;
@@ -52,9 +53,11 @@ class LinkedTree {
     return x * y + y * z + z * x;
   }
 
-  explicit LinkedTree(const TreeArrays& tree);
-  /// Writes the tree depth-first.
-  void write(TreeArrays& tree) const;
+  /// Nodes of `tree` with boxes smaller than `least_area` (half the surface), but not the root,
+  /// become leaves. The tree is kept by reference.
+  LinkedTree(const TreeArrays& tree, float least_area);
+  /// The tree depth-first, subtrees below leaves included. Empty if it is deeper than kMaxDepth.
+  TreeArrays write() const;
 
   std::uint32_t slot_count() const { return static_cast<std::uint32_t>(nodes_.size()); }
   bool is_leaf(Slot i) const { return (nodes_[i].link & kLeaf) != 0; }
@@ -70,7 +73,7 @@ class LinkedTree {
 
   /// Takes `from` out (its sibling takes the parent's slot) and puts it beside `to` (whose slot
   /// becomes the parent of both). `to` must be neither its sibling nor its parent. Boxes and counts
-  /// are brought up to date. Does nothing if `to` lies below `from` or if the tree would become
+  /// are brought up to date. Does nothing if `to` lies below `from` or if the top would become
   /// deeper than kMaxDepth.
   void move(Slot from, Slot to);
 
@@ -78,10 +81,13 @@ class LinkedTree {
   void copy_node(Slot to, Slot from);
   std::uint8_t height_of_pair(Slot pair) const;
   void refit_to_root(Slot i);
+  struct Part;
+  void copy_subtree(const Part& part, TreeArrays& out) const;
 
-  LargeVector<Node> nodes_;
-  LargeVector<Slot> parents_;          // of each pair
-  LargeVector<std::uint8_t> heights_;  // levels below each slot
+  const TreeArrays& tree_;
+  std::vector<Node> nodes_;
+  std::vector<Slot> parents_;          // of each pair
+  std::vector<std::uint8_t> heights_;  // levels of the top below each slot
 };
 
 }  // namespace lightbatch::hierarchy

@@ -5,7 +5,8 @@
 // touch one another are made, best first.
 // Deviations: a node that looked in vain sits out some rounds, so others get a turn; searches see
 // the tree as it was at the start of the round, and moves are ordered by (gain, slot), so threads
-// do not matter; searches stop after a fixed number of steps.
+// do not matter; searches stop after a fixed number of steps; only the top of the tree, where nodes
+// are as large as those that look, is linked.
 
 #include "core/hierarchy/reinsertion.h"
 
@@ -13,6 +14,7 @@
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -27,9 +29,9 @@ using Box = LinkedTree::Box;
 
 constexpr int kRounds = 8;
 constexpr double kShare = 0.01;  // of all nodes look for a better place in a round
-constexpr int kPool = 4;         // times as many, the largest, may be among them
+constexpr int kPool = 2;         // times as many, the largest, may be among them
 constexpr int kRest = 3;         // rounds that a node sits out after looking in vain
-constexpr int kSteps = 300;      // nodes that a search visits at most
+constexpr int kSteps = 100;      // nodes that a search visits at most
 
 struct Move {
   float gain = 0;
@@ -121,20 +123,21 @@ class Search {
   std::size_t size_ = 0;
 };
 
-/// At least `count` slots with the largest boxes (all of one histogram bin are in or out), in
-/// order.
-std::vector<Slot> largest(const LinkedTree& tree, std::size_t count) {
-  const std::uint32_t slots = tree.slot_count();
-  const auto bin = [&](Slot slot) {
-    return std::bit_cast<std::uint32_t>(tree.box(slot).area()) >> 19;  // areas are not negative
-  };
+float area(const TreeNode& n) {
+  return half_area(n.upper[0] - n.lower[0], n.upper[1] - n.lower[1], n.upper[2] - n.lower[2]);
+}
+
+/// An area that at least `count` nodes reach, and few more: all of one histogram bin are in or out.
+float least_of_largest(const TreeNodes& nodes, std::size_t count) {
+  constexpr int kShift = 19;
+  constexpr std::size_t kBins = std::size_t{1} << (32 - kShift);
   using Histogram = std::vector<std::uint32_t>;
   const Histogram histogram = deterministic_reduce(
-      slots, 1u << 17, Histogram(1u << 13),
+      nodes.size(), 1u << 17, Histogram(kBins),
       [&](std::size_t begin, std::size_t end) {
-        Histogram own(1u << 13);
-        for (std::size_t i = std::max<std::size_t>(begin, 2); i < end; ++i) {
-          ++own[bin(static_cast<Slot>(i))];
+        Histogram own(kBins);
+        for (std::size_t i = begin; i < end; ++i) {
+          ++own[std::bit_cast<std::uint32_t>(area(nodes[i])) >> kShift];  // not negative
         }
         return own;
       },
@@ -142,24 +145,25 @@ std::vector<Slot> largest(const LinkedTree& tree, std::size_t count) {
         for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
         return a;
       });
-  std::uint32_t limit = 1u << 13;
+  std::uint32_t limit = kBins;
   for (std::size_t sum = 0; limit > 0 && sum < count;) sum += histogram[--limit];
-  std::vector<Slot> result;
-  for (Slot i = 2; i < slots; ++i) {
-    if (bin(i) >= limit) result.push_back(i);
-  }
-  return result;
+  return std::bit_cast<float>(limit << kShift);
 }
 
 }  // namespace
 
 void reinsert(TreeArrays& tree) {
   if (tree.nodes.size() < 7) return;
-  LinkedTree linked(tree);
-  std::vector<std::uint8_t> touched(linked.slot_count());
   const double nodes = static_cast<double>(tree.nodes.size());
   const auto in_round = static_cast<std::size_t>(kShare * nodes) + 1;
-  const std::vector<Slot> pool = largest(linked, kPool * in_round);
+  // A node never fits better inside a subtree smaller than itself than beside it.
+  const float least_area = least_of_largest(tree.nodes, kPool * in_round);
+  LinkedTree linked(tree, least_area);
+  std::vector<Slot> pool;
+  for (Slot i = 2; i < linked.slot_count(); ++i) {
+    if (linked.box(i).area() >= least_area) pool.push_back(i);
+  }
+  std::vector<std::uint8_t> touched(linked.slot_count());
   std::vector<std::uint8_t> resting(linked.slot_count());
   for (int round = 0; round < kRounds; ++round) {
     // The largest boxes of the pool, ties by slot.
@@ -199,7 +203,8 @@ void reinsert(TreeArrays& tree) {
     }
     for (const Slot i : to_clear) touched[i] = 0;
   }
-  linked.write(tree);
+  TreeArrays written = linked.write();
+  if (!written.nodes.empty()) tree = std::move(written);
 }
 
 }  // namespace lightbatch::hierarchy

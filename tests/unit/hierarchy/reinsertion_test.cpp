@@ -16,24 +16,24 @@ namespace {
 TEST(LinkedTree, ThereAndBackIsTheSameTree) {
   for (std::size_t n = 1; n < 60; ++n) {
     const TreeArrays tree = sweep(testing::random_boxes(n, 0.1f, n));
-    TreeArrays again(n);
-    LinkedTree(tree).write(again);
-    EXPECT_EQ(
-        std::memcmp(tree.nodes.data(), again.nodes.data(), tree.nodes.size() * sizeof(TreeNode)),
-        0);
-    EXPECT_EQ(tree.primitives, again.primitives);
+    for (const float least_area : {0.0f, 0.1f, 100.0f}) {
+      const TreeArrays again = LinkedTree(tree, least_area).write();
+      ASSERT_EQ(tree.nodes.size(), again.nodes.size());
+      EXPECT_EQ(
+          std::memcmp(tree.nodes.data(), again.nodes.data(), tree.nodes.size() * sizeof(TreeNode)),
+          0);
+      EXPECT_EQ(tree.primitives, again.primitives);
+    }
   }
 }
 
 TEST(LinkedTree, RefusesToMoveANodeBelowItself) {
   const TreeArrays tree = sweep(testing::random_boxes(50, 0.1f, 1));
-  LinkedTree linked(tree);
+  LinkedTree linked(tree, 0);
   const LinkedTree::Slot from = linked.child(0);
   ASSERT_FALSE(linked.is_leaf(from));
   linked.move(from, linked.child(from));
-  TreeArrays after(50);
-  linked.write(after);
-  EXPECT_EQ(tree.primitives, after.primitives);
+  EXPECT_EQ(tree.primitives, linked.write().primitives);
 }
 
 TEST(Reinsertion, NeverRaisesTheAreaAndHelpsWhereTheSweepIsGreedy) {
