@@ -78,6 +78,8 @@ Gather::Gather(const BakeInput& input, const GatherSettings& settings)
         excess = std::max(excess, input.solution.crowding[e] - kPlainCrowding);
       }
       near_[i] = static_cast<float>(settings.deeper * size) * (1 + kVariationReach * excess);
+      // Half in one room, half in another.
+      if (input.lookup.is_split(e)) near_[i] = std::numeric_limits<float>::infinity();
     }
   });
 }

@@ -1,5 +1,7 @@
 #include "core/radiosity/element_lookup.h"
 
+#include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "core/base/parallel.h"
@@ -13,7 +15,10 @@ namespace {
 constexpr float kSightHeight = 0.02f;
 
 /// Points of a cell that should see each other: near its four corners.
-constexpr float kSpread[4][2] = {{0.04f, 0.04f}, {0.96f, 0.04f}, {0.04f, 0.96f}, {0.9f, 0.9f}};
+constexpr float kSpread[4][2] = {{0.01f, 0.01f}, {0.99f, 0.01f}, {0.01f, 0.99f}, {0.99f, 0.99f}};
+
+/// Cells that are looked at for one in the place of a split one.
+constexpr std::size_t kMostVisited = 25;
 
 }  // namespace
 
@@ -52,12 +57,20 @@ ElementId ElementLookup::at(const rays::Hit& hit) const {
   const ElementId e = elements_->at(hit.triangle, hit.u, hit.v, hit.back);
   if (e == kNoElement || split_[e] == 0) return e;
   const ElementPoint here{hit.triangle, hit.u, hit.v};
-  ElementId neighbours[8];
-  const std::size_t count = elements_->neighbours(e, neighbours);
-  for (std::size_t k = 0; k < count; ++k) {
-    const ElementId n = neighbours[k];
-    if (split_[n] != 0) continue;
-    if (sees(here, elements_->point(n, 0.5f, 0.5f), hit.back)) return n;
+  // Ring after ring.
+  std::array<ElementId, kMostVisited> visited{e};
+  std::size_t count = 1;
+  for (std::size_t from = 0; from < count; ++from) {
+    ElementId around[8];
+    const std::size_t found = elements_->neighbours(visited[from], around);
+    for (std::size_t k = 0; k < found && count < kMostVisited; ++k) {
+      const ElementId n = around[k];
+      if (std::find(visited.begin(), visited.begin() + count, n) != visited.begin() + count) {
+        continue;
+      }
+      visited[count++] = n;
+      if (split_[n] == 0 && sees(here, elements_->point(n, 0.5f, 0.5f), hit.back)) return n;
+    }
   }
   return e;
 }

@@ -9,8 +9,8 @@ namespace lightbatch::radiosity {
 
 /// Which element a ray that lands on a surface reads. Some cells lie under a wall that stands on
 /// them: half in one room, half in another, and their mean belongs to neither. A hit on such a
-/// split cell reads a whole neighbour that the hit point sees along the surface, so that no light
-/// leaks under walls. Immutable; thread-safe.
+/// split cell reads a whole neighbour, or a neighbour's neighbour, that the hit point sees along
+/// the surface, so that no light leaks under walls. Immutable; thread-safe.
 class ElementLookup {
  public:
   ElementLookup(const scene::Scene& scene, const rays::Caster& caster, const Elements& elements,
@@ -19,6 +19,9 @@ class ElementLookup {
   /// kNoElement for backs of one-sided faces.
   ElementId at(const rays::Hit& hit) const;
 
+  /// Nothing better than the mean of two rooms: such a cell is only returned where no whole
+  /// neighbour is in sight, and what a ray sees of it has to be found by a ray more.
+  bool is_split(ElementId e) const { return split_[e] != 0; }
   std::uint64_t split_cells() const { return split_count_; }
 
  private:

@@ -79,8 +79,10 @@ Links shoot(const SolverInput& input, const SolverOptions& options, std::vector<
             input.optics, input.caster, {frame.origin, direction}, p.triangle, out.counts,
             [&](const rays::Hit& hit, const Rgb& weight) {
               if (hit.t < near) ++near_hits;
-              const ElementId source = input.lookup.at(hit);
+              ElementId source = input.lookup.at(hit);
               if (source == kNoElement) return;
+              // A cell of two rooms, of which this element is in one: it is taken to be as bright.
+              if (input.lookup.is_split(source)) source = e;
               out.source.push_back(source);
               if (sheets) out.weight.push_back(weight);
             },
