@@ -19,7 +19,7 @@ constexpr double kFolded = 0.9848;  // of 10 degrees
 constexpr int kMostPoints = 1024;
 /// In texels: how far beside an open edge its neighbour is looked for, ...
 constexpr double kBeside = 0.05;
-/// ... from how far above the surface, which is also how high a thing must be to divide it, ...
+/// ... from how far above the surface, ...
 constexpr double kAbove = 0.25;
 /// ... how far off the plane two surfaces are still one, ...
 constexpr double kOnPlane = 0.01;
@@ -166,10 +166,15 @@ class Borders {
     return {hit.triangle, hit.u, hit.v};
   }
 
+  /// Something stands on the border, or hangs within a texel above it: light may change there.
   bool divided(const Vec3d& at, const Vec3d& outwards, const Vec3d& normal) const {
-    const Vec3d start = at - outwards * (kAside * texel_) + normal * (kAbove * texel_);
-    return caster_.occluded(
-        {to_float(start), to_float(outwards), 0.0f, static_cast<float>(2 * kAside * texel_)});
+    for (const double above : {kAbove, 1.0}) {
+      const Vec3d start = at - outwards * (kAside * texel_) + normal * (above * texel_);
+      const rays::Ray across{to_float(start), to_float(outwards), 0.0f,
+                             static_cast<float>(2 * kAside * texel_)};
+      if (caster_.occluded(across)) return true;
+    }
+    return false;
   }
 
   const scene::Scene& scene_;

@@ -25,7 +25,8 @@ struct StepFigures {
 struct Seams {
   StepFigures flat;           // the surface does not fold there: the light does not change either
   StepFigures folded;         // by 1 to 10 degrees: the change of the light itself is in the step
-  double divided_metres = 0;  // left out: something stands between the two sides
+  double divided_metres = 0;  // left out: something stands between the two sides,
+                              // or hangs within a texel above
 };
 
 /// Follows the borders of all charts, a point a texel, and reads the finished pages on both sides

@@ -5,7 +5,7 @@
             [--target-error 5%] [--timeout S]
 
 Scene: generated offices, more rooms the more triangles, at one density of texels. Lamps: one hall of 24 x 24 x 3 m with furniture
-under a grid of lamps of the same total power, once as glowing panels, once as point lights. CPU seconds are those of the whole
+under a grid of lamps a metre below the ceiling, of the same total power, once as glowing panels, once as point lights. CPU seconds are those of the whole
 command, "light" those of pilot, solve and gather; rays are all that were cast for light; a stored ray is a link of the solution;
 bytes are the peak of the process (and `base`, what a scene of a thousand triangles takes). Exponents: of CPU seconds against
 triangles, or against lamps, from one row to the next (1: linear).
@@ -94,7 +94,7 @@ def hall(lamps, points, path):
     lumens = LUMENS_PER_M2 * HALL * HALL / lamps
     panels = []
     for k in range(lamps):
-        x, z, y = (k % side + 0.5) * cell, (k // side + 0.5) * cell, HEIGHT - 0.2
+        x, z, y = (k % side + 0.5) * cell, (k // side + 0.5) * cell, HEIGHT - 1
         if points:
             scene.light("point", lumens / (4 * math.pi), translation=[x, y, z])
         else:

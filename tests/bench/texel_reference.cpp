@@ -3,9 +3,9 @@
 //
 //   texel_reference SCENE.glb OUT.csv [--sky NITS] [--texels-per-metre D] [--count N] [--paths N]
 //
-// Texels are drawn uniformly by area from those that surface of one side covers wholly, so that
-// every baker means the same by them. One row each: page, x, y, then red, green, blue of either
-// half, lux.
+// Texels are drawn uniformly by area from those that one triangle covers wholly, so that every
+// baker means the same by them (Cycles samples the triangle at a texel's centre and no other). One
+// row each: page, x, y, then red, green, blue of either half, lux.
 
 #include <algorithm>
 #include <cstdio>
@@ -32,7 +32,8 @@ std::vector<std::uint32_t> draw(const pipeline::LightmapPlaces& places, std::siz
   std::vector<double> up_to(texels.size());
   double total = 0;
   for (std::size_t t = 0; t < texels.size(); ++t) {
-    const bool usable = texels[t].coverage >= kWhole && !places.texels.is_back(texels[t].chart) &&
+    const bool usable = texels[t].coverage >= kWhole && texels[t].fragment_count == 1 &&
+                        !places.texels.is_back(texels[t].chart) &&
                         !places.layout.charts[texels[t].chart].tiny;
     if (usable) total += places.texels.surface_of(texels[t]);
     up_to[t] = total;
