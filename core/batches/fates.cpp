@@ -14,7 +14,8 @@ constexpr double kBytesOfDraw = 16384, kBytesOfLitDraw = 65536;
 /// Growth that is allowed whatever it brings.
 constexpr double kLittleGrowth = 0.25;
 
-/// All placements of one mesh: the objects of one node (and GPU instance) each.
+/// All placements of one mesh: the objects of one node (and GPU instance) each. With lightmaps, of
+/// one primitive of a mesh: nothing keeps its primitives together then.
 struct Shared {
   std::uint32_t mesh = 0;
   std::vector<std::vector<std::uint32_t>> placements;  // objects, by primitive
@@ -42,19 +43,20 @@ bool is_plain_placement(const scene::Object& object) {
 
 std::vector<Shared> shared_meshes(const scene::Scene& scene, const KeyMap& keys,
                                   const BatchOptions& options, double* geometry_bytes) {
-  std::map<std::uint32_t,
-           std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>>>
-      uses;
+  const bool lit = !options.page_of_triangle.empty();
+  using Pair = std::pair<std::uint32_t, std::uint32_t>;
+  std::map<Pair, std::map<Pair, std::vector<std::uint32_t>>> uses;
   for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
     const scene::Object& object = scene.objects[o];
     if (object.triangle_count == 0) continue;
     // Without an instance: kNone + 1 = 0 sorts first.
-    uses[object.mesh][{object.node, object.instance + 1}].push_back(o);
+    uses[{object.mesh, lit ? object.primitive : 0}][{object.node, object.instance + 1}].push_back(
+        o);
   }
   std::vector<Shared> result;
-  for (auto& [mesh, placements] : uses) {
+  for (auto& [source, placements] : uses) {
     Shared shared;
-    shared.mesh = mesh;
+    shared.mesh = source.first;
     for (auto& [where, objects] : placements) shared.placements.push_back(std::move(objects));
     for (const std::uint32_t o : shared.placements.front()) {
       const double triangles = scene.objects[o].triangle_count;

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "core/base/parallel.h"
+#include "core/hierarchy/hierarchy.h"
 
 namespace lightbatch::batches {
 namespace {
@@ -87,19 +88,18 @@ InstanceCuts::Part InstanceCuts::make_part(const scene::Scene& scene, const KeyM
   for (const std::uint32_t t : part.triangles)
     vertices += keys.vertices_of_object[scene.triangles[t].object];
   // Cells are cut from a tree of their own: flat parts are stacked, long ones laid side by side.
-  part.places = hierarchy::build(boxes);
-  const std::uint32_t nodes = part.places.node_count();
-  for (std::uint32_t i = 0; i < nodes; ++i)
-    part.tree.right.push_back(part.places.is_leaf(i) ? 0 : part.places.right(i));
+  const std::vector<double> triangles_of(boxes.size(), static_cast<double>(part.triangles.size()));
+  part.places = split_by_views(boxes, triangles_of, views);
+  const std::uint32_t nodes = part.places.tree.size();
   part.cells.resize(nodes);
   parallel_for(nodes, 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const auto i = static_cast<std::uint32_t>(k);
       Share share;
-      share.triangles = std::uint64_t{part.places.count(i)} * part.triangles.size();
-      share.vertices = vertices * part.places.count(i);
+      share.triangles = std::uint64_t{part.places.count[i]} * part.triangles.size();
+      share.vertices = vertices * part.places.count[i];
       // However many vertices there are, a group of instances is one call.
-      part.cells[k] = frame_of(share, views.chance(part.places.box(i)), scene::kNone);
+      part.cells[k] = frame_of(share, views.chance(part.places.box[i]), scene::kNone);
     }
   });
   return part;
@@ -166,7 +166,7 @@ void InstanceCuts::add_parts(const scene::Scene& scene, const KeyMap& keys, std:
 InstanceCuts::Choice InstanceCuts::best_cells(const Part& part, const Prices& prices) const {
   std::vector<double> cost(part.cells.size());
   for (std::size_t i = 0; i < cost.size(); ++i) cost[i] = part.cells[i].cost(prices);
-  Cut cut = best_cut(part.tree, cost, 0);
+  Cut cut = best_cut(part.places.tree, cost, 0);
   return {cut.cost, std::move(cut.nodes)};
 }
 
@@ -227,8 +227,8 @@ void InstanceCuts::take(const scene::Scene& scene, const KeyMap& keys, const Pri
     for (const std::uint32_t node : nodes) {
       InstanceCell cell;
       cell.part = static_cast<std::uint32_t>(parts.size());
-      cell.box = chosen.places.box(node);
-      const auto members = chosen.places.primitives(node);
+      cell.box = chosen.places.box[node];
+      const auto members = chosen.places.clusters(node);
       std::vector<std::uint32_t> sorted(members.begin(), members.end());
       std::sort(sorted.begin(), sorted.end());
       for (const std::uint32_t m : sorted) cell.objects.push_back(placements_[m].front());

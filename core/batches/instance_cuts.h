@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "core/batches/assignment.h"
-#include "core/batches/cut.h"
-#include "core/hierarchy/hierarchy.h"
+#include "core/batches/view_tree.h"
 
 namespace lightbatch::batches {
 
@@ -33,9 +32,8 @@ class InstanceCuts {
     std::uint32_t key = 0;
     std::vector<std::uint32_t> triangles;                     // of the first placement, ascending
     std::uint32_t left = scene::kNone, right = scene::kNone;  // into parts_
-    hierarchy::Hierarchy places;  // over the boxes of the part in every placement
-    CutTree tree;                 // the same
-    std::vector<Frame> cells;     // by node of places
+    ViewTree places;           // over the boxes of the part in every placement
+    std::vector<Frame> cells;  // by node of places
   };
   struct Choice {
     double cost = 0;

@@ -37,7 +37,6 @@ class KeyCuts {
                                                 const std::vector<bool>& merged_triangle) const;
 
   const CutTree& tree() const { return tree_; }
-  hierarchy::Hierarchy::NodeId node(std::uint32_t i) const { return node_[i]; }
   bool is_empty() const { return node_.empty(); }
 
  private:

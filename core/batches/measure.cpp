@@ -9,7 +9,7 @@
 namespace lightbatch::batches {
 namespace {
 
-constexpr std::uint32_t kInsideViews = 64;
+constexpr std::uint32_t kInsideViews = 256;
 constexpr std::uint32_t kOutsideViews = 16;
 
 Aabb triangle_box(const scene::Scene& scene, std::uint32_t triangle) {
@@ -159,7 +159,7 @@ ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,
                            const std::vector<DrawItem>& draws) {
   ViewSet set;
   set.profile = profile;
-  set.views = measuring_views(scene, profile, kInsideViews, kOutsideViews);
+  set.views = sampled_views(scene, profile, kInsideViews, kOutsideViews);
   for (const View& view : set.views) ++(view.inside ? set.inside : set.outside);
   return measure_draws(set, draws);
 }
@@ -168,7 +168,7 @@ ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tre
                       const Profile& profile) {
   ViewSet set;
   set.profile = profile;
-  set.views = measuring_views(scene, profile, kInsideViews, kOutsideViews);
+  set.views = sampled_views(scene, profile, kInsideViews, kOutsideViews);
   std::vector<std::uint64_t> ideal(set.views.size());
   parallel_for(ideal.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v)

@@ -43,6 +43,17 @@ double expected_inside_draws(const std::vector<DrawItem>& draws, const ViewDistr
   return std::accumulate(chance.begin(), chance.end(), 0.0);
 }
 
+/// Draws of a mean view from inside, counted.
+double sampled_inside_draws(const scene::Scene& scene, const Profile& profile,
+                            const std::vector<DrawItem>& draws) {
+  constexpr std::uint32_t kViews = 256;
+  ViewSet set;
+  set.profile = profile;
+  set.views = sampled_views(scene, profile, kViews, 0, kPlanningViews);
+  set.inside = static_cast<std::uint32_t>(set.views.size());
+  return measure_draws(set, draws).inside.draws;
+}
+
 /// All that is cut.
 struct Problem {
   const KeyCuts& merged;
@@ -57,6 +68,9 @@ struct Problem {
   }
 };
 
+/// us; at this price nothing is split any more.
+constexpr double kDearestDraw = 1e7;
+
 /// The least price of a draw, from the profile's up, at which views from inside draw at most
 /// `limit` times. When nothing reaches it, the price at which nothing changes any more.
 Prices prices_within(const Problem& problem, Prices prices, double limit) {
@@ -65,12 +79,12 @@ Prices prices_within(const Problem& problem, Prices prices, double limit) {
     return frame.inside_draws + problem.left_inside_draws <= limit;
   };
   if (fits(prices.draw)) return prices;
-  constexpr double kDearest = 1e7, kClose = 1.02;
+  constexpr double kClose = 1.02;
   double low = prices.draw, high = std::max(prices.draw, 1e-3);
   do {
     low = high;
     high *= 4;
-  } while (high < kDearest && !fits(high));
+  } while (high < kDearestDraw && !fits(high));
   while (high > kClose * low) {
     const double middle = std::sqrt(low * high);
     (fits(middle) ? high : low) = middle;
@@ -136,7 +150,6 @@ void fill_batches(const scene::Scene& scene, const KeyMap& keys,
     if (slots[b].empty()) continue;
     number[b] = static_cast<std::uint32_t>(result.batches.size());
     Batch batch;
-    batch.node = cuts.node(b);
     for (Slot& slot : slots[b]) {
       batch.box.add(slot.group.box);
       batch.groups.push_back(std::move(slot.group));
@@ -197,6 +210,43 @@ bool is_as_before(const scene::Scene& scene, const Placements& placements,
   return true;
 }
 
+/// What a plan is made from, whatever the prices.
+struct Subject {
+  const scene::Scene& scene;
+  const hierarchy::Hierarchy& tree;
+  const KeyMap& keys;
+  const ViewDistribution& views;
+  const Fates& fates;
+  const std::vector<bool>& merged;  // by triangle
+  const Problem& problem;
+};
+
+/// The batches and cells that are cheapest at these prices; the rest is left alone.
+void fill_plan(const Subject& s, const Prices& prices, BatchPlan& result) {
+  std::vector<Fate> fate = s.fates.of_object;
+  for (std::size_t m = 0; m < s.problem.instanced.size(); ++m) {
+    const std::size_t first_part = result.parts.size(), first_cell = result.cells.size();
+    s.problem.instanced[m].take(s.scene, s.keys, prices, result.parts, result.cells);
+    if (!is_as_before(s.scene, s.fates.shared[m], std::span(result.parts).subspan(first_part),
+                      std::span(result.cells).subspan(first_cell)))
+      continue;
+    result.parts.resize(first_part);
+    result.cells.resize(first_cell);
+    for (const auto& objects : s.fates.shared[m])
+      for (const std::uint32_t o : objects) fate[o] = Fate::kLeft;
+  }
+  const KeyCuts& cuts = s.problem.merged;
+  const auto solution = cuts.solve_within(prices, s.problem.max_batches);
+  std::vector<std::uint32_t> node_of = cuts.nodes_of_triangles(solution, s.tree, s.keys, s.merged);
+  result.split_objects =
+      keep_objects_whole(s.scene, s.keys, prices, result.max_vertices, s.views, node_of);
+  std::vector<std::uint32_t> number;
+  fill_batches(s.scene, s.keys, node_of, cuts, number, result);
+  fill_tree(cuts, number, result);
+  for (std::uint32_t o = 0; o < s.scene.objects.size(); ++o)
+    if (fate[o] == Fate::kLeft) result.left_alone.push_back({o, s.fates.reason[o]});
+}
+
 }  // namespace
 
 Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
@@ -209,7 +259,7 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
 
   const ViewDistribution views(scene, profile);
   const KeyMap keys = map_keys(scene, options);
-  Fates fates = decide_fates(scene, options, keys);
+  const Fates fates = decide_fates(scene, options, keys);
   std::vector<bool> merged(scene.triangles.size());
   for (std::uint32_t t = 0; t < scene.triangles.size(); ++t)
     merged[t] = fates.of_object[scene.triangles[t].object] == Fate::kMerged;
@@ -226,55 +276,42 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
   }
   progress.report("batches", 0.7);
 
-  std::vector<std::uint32_t> all(scene.objects.size()), left;
-  for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
-    all[o] = o;
-    if (fates.of_object[o] == Fate::kLeft) left.push_back(o);
-  }
-  result.draws_before = draws_of_objects(scene, all).size();
   Problem problem{cuts, instanced, options.max_batches, 0};
-  if (options.draws_share < 1 && result.draws_before > options.free_draws) {
-    const double before = expected_inside_draws(draws_of_objects(scene, all), views);
+  const Subject subject{scene, tree, keys, views, fates, merged, problem};
+  const std::vector<DrawItem> before = draws_of_input(scene);
+  result.draws_before = before.size();
+  result.geometry_bytes = fates.geometry_bytes;
+  result.copied_bytes = fates.copied_bytes;
+  const bool limited = options.draws_share < 1 && result.draws_before > options.free_draws;
+  if (limited) {
+    std::vector<std::uint32_t> left;
+    for (std::uint32_t o = 0; o < scene.objects.size(); ++o)
+      if (fates.of_object[o] == Fate::kLeft) left.push_back(o);
     problem.left_inside_draws = expected_inside_draws(draws_of_objects(scene, left), views);
-    prices = prices_within(problem, prices, options.draws_share * before);
   }
-  result.draw_price = prices.draw;
-  const Frame frame = problem.solve(prices);
+  // The model takes the chances of large boxes for a little less than they are: its limit is
+  // corrected by what sampled views draw.
+  constexpr int kTries = 3;
+  const BatchPlan empty = result;
+  double limit = options.draws_share * expected_inside_draws(before, views);
+  const double wanted =
+      limited ? options.draws_share * sampled_inside_draws(scene, profile, before) : 0;
+  for (int attempt = 1;; ++attempt) {
+    if (progress.cancelled()) return cancelled();
+    const Prices chosen = limited ? prices_within(problem, prices, limit) : prices;
+    result = empty;
+    result.draw_price = chosen.draw;
+    fill_plan(subject, chosen, result);
+    if (!limited || attempt == kTries) break;
+    const double drawn = sampled_inside_draws(scene, profile, draws_of_plan(scene, result));
+    if (drawn <= wanted || chosen.draw >= kDearestDraw) break;
+    limit *= wanted / drawn;
+  }
+  const Frame frame = problem.solve({result.draw_price, prices.vertex, prices.triangle});
   result.expected_draws = frame.draws;
   result.expected_triangles = frame.triangles;
   add_curve(problem, result);
-  if (progress.cancelled()) return cancelled();
-
-  for (std::size_t m = 0; m < instanced.size(); ++m) {
-    const std::size_t first_part = result.parts.size(), first_cell = result.cells.size();
-    instanced[m].take(scene, keys, prices, result.parts, result.cells);
-    if (!is_as_before(scene, fates.shared[m], std::span(result.parts).subspan(first_part),
-                      std::span(result.cells).subspan(first_cell)))
-      continue;
-    result.parts.resize(first_part);
-    result.cells.resize(first_cell);
-    for (const auto& objects : fates.shared[m])
-      for (const std::uint32_t o : objects) fates.of_object[o] = Fate::kLeft;
-  }
-  const auto solution = cuts.solve_within(prices, options.max_batches);
-  std::vector<std::uint32_t> node_of = cuts.nodes_of_triangles(solution, tree, keys, merged);
-  result.split_objects =
-      keep_objects_whole(scene, keys, prices, result.max_vertices, views, node_of);
-  if (progress.cancelled()) return cancelled();
-  std::vector<std::uint32_t> number;
-  fill_batches(scene, keys, node_of, cuts, number, result);
-  fill_tree(cuts, number, result);
-
-  result.geometry_bytes = fates.geometry_bytes;
-  result.copied_bytes = fates.copied_bytes;
-  left.clear();
-  for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
-    if (fates.of_object[o] != Fate::kLeft) continue;
-    left.push_back(o);
-    result.left_alone.push_back({o, std::move(fates.reason[o])});
-  }
-  result.draws_after = draws_of_objects(scene, left).size() + result.cells.size();
-  for (const Batch& batch : result.batches) result.draws_after += batch.groups.size();
+  result.draws_after = draws_of_plan(scene, result).size();
   progress.report("batches", 1);
   return result;
 }

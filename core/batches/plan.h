@@ -66,7 +66,6 @@ struct Group {
 /// Triangles that are culled and kept together.
 struct Batch {
   Aabb box;
-  hierarchy::Hierarchy::NodeId node = 0;  // of the cut
   std::vector<Group> groups;
 };
 

@@ -8,9 +8,8 @@ namespace lightbatch::batches {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kPitch = 20 * kPi / 180;      // people look this far up and down
-constexpr double kFacesUp = 0.7;               // cosine: floors, stairs and ramps
-constexpr std::uint32_t kMeasureSkip = 10000;  // first index of measuring points in the sequences
+constexpr double kPitch = 20 * kPi / 180;  // people look this far up and down
+constexpr double kFacesUp = 0.7;           // cosine: floors, stairs and ramps
 
 /// van der Corput radical inverse.
 double radical_inverse(std::uint32_t base, std::uint32_t index) {
@@ -84,18 +83,18 @@ std::vector<Vec3d> standing_eyes(const scene::Scene& scene, const Profile& profi
   return eyes;
 }
 
-std::vector<View> measuring_views(const scene::Scene& scene, const Profile& profile,
-                                  std::uint32_t inside, std::uint32_t outside) {
+std::vector<View> sampled_views(const scene::Scene& scene, const Profile& profile,
+                                std::uint32_t inside, std::uint32_t outside, std::uint32_t start) {
   std::vector<View> views;
   if (scene.box.is_empty()) return views;
-  const auto eyes = standing_eyes(scene, profile, inside, kMeasureSkip);
+  const auto eyes = standing_eyes(scene, profile, inside, start);
   for (std::uint32_t k = 0; k < eyes.size(); ++k) {
-    const std::uint32_t at = kMeasureSkip + k;
+    const std::uint32_t at = start + k;
     views.push_back({eyes[k], 2 * kPi * radical_inverse(7, at),
                      kPitch * (radical_inverse(11, at) - 0.5), true});
   }
   for (std::uint32_t k = 0; k < outside; ++k) {
-    const Vec3d eye = outside_eye(scene.box, kMeasureSkip + k);
+    const Vec3d eye = outside_eye(scene.box, start + k);
     const Vec3d to = to_double(scene.box.centre()) - eye;
     views.push_back({eye, std::atan2(to.x, to.z), std::atan2(to.y, std::hypot(to.x, to.z)), false});
   }
@@ -105,6 +104,9 @@ std::vector<View> measuring_views(const scene::Scene& scene, const Profile& prof
 ViewDistribution::ViewDistribution(const scene::Scene& scene, const Profile& profile) {
   half_pitch_ = 0.5 * profile.field_of_view * kPi / 180;
   half_yaw_ = std::atan(std::tan(half_pitch_) * profile.aspect);
+  // The planes above and below a view meet lower elevations at its sides than in its middle: by the
+  // cosine of the yaw between, here its mean.
+  flattening_ = std::sin(half_yaw_) / half_yaw_;
   if (scene.box.is_empty()) return;
   const auto standing = standing_eyes(scene, profile, kInsideEyes, 0);
   const double inside = standing.empty() ? 0 : profile.inside;
@@ -171,8 +173,8 @@ Chance ViewDistribution::chance(const Aabb& box) const {
     if (horizontal <= 0) continue;
     const double farthest = std::hypot(std::max(-x0, x1), std::max(-z0, z1));
     const double y0 = lower.y - eye.position.y, y1 = upper.y - eye.position.y;
-    const double low = std::atan2(y0, y0 < 0 ? nearest : farthest);
-    const double high = std::atan2(y1, y1 > 0 ? nearest : farthest);
+    const double low = std::atan2(y0, flattening_ * (y0 < 0 ? nearest : farthest));
+    const double high = std::atan2(y1, flattening_ * (y1 > 0 ? nearest : farthest));
     (eye.inside ? from_inside : from_outside) +=
         eye.weight * horizontal *
         overlap_share(low, high, eye.pitch, eye.pitch_spread, half_pitch_);

@@ -22,10 +22,13 @@ struct View {
 std::vector<Vec3d> standing_eyes(const scene::Scene& scene, const Profile& profile,
                                  std::uint32_t count, std::uint32_t skip);
 
-/// The views that measures are taken over: fixed for a scene and profile, drawn from other points
-/// of the sequences than ViewDistribution's.
-std::vector<View> measuring_views(const scene::Scene& scene, const Profile& profile,
-                                  std::uint32_t inside, std::uint32_t outside);
+/// Where views start in their sequences, far from ViewDistribution's: those that plans are checked
+/// with, and those that measures are taken over.
+inline constexpr std::uint32_t kPlanningViews = 5000, kMeasuringViews = 10000;
+/// Views from where people stand and from outside, fixed for a scene and profile.
+std::vector<View> sampled_views(const scene::Scene& scene, const Profile& profile,
+                                std::uint32_t inside, std::uint32_t outside,
+                                std::uint32_t start = kMeasuringViews);
 
 /// Chances of being in the view: of all views, and of views from inside (of all where there are
 /// none).
@@ -59,6 +62,7 @@ class ViewDistribution {
   double inside_weight_ = 0;
   double half_yaw_ = 0;    // half the horizontal field of view
   double half_pitch_ = 0;  // half the vertical field of view
+  double flattening_ = 1;  // of elevations at the sides of a view
 };
 
 /// The part of a box that one view submits.

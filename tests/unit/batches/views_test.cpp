@@ -93,8 +93,8 @@ TEST(Views, EyesStandOnFloors) {
     EXPECT_LE(eye.y, 1.5);
   }
   EXPECT_TRUE(standing_eyes(scene::Scene{}, Profile{}, 5, 0).empty());
-  EXPECT_TRUE(measuring_views(scene::Scene{}, Profile{}, 5, 5).empty());
-  EXPECT_EQ(measuring_views(scene, Profile{}, 5, 3).size(), 8u);
+  EXPECT_TRUE(sampled_views(scene::Scene{}, Profile{}, 5, 5).empty());
+  EXPECT_EQ(sampled_views(scene, Profile{}, 5, 3).size(), 8u);
 }
 
 }  // namespace
