@@ -101,6 +101,21 @@ Status plan_batches(const JobOptions& options, const Prepared& p, const batches:
   return {};
 }
 
+/// A file that has both kinds stays lossless.
+scene_out::Compression compression_of(const JobOptions& options, const gltf::Document& document) {
+  using Written = scene_out::Compression;
+  switch (options.compression) {
+    case Compression::kNone:
+      return Written::kPlain;
+    case Compression::kMeshopt:
+      return Written::kMeshopt;
+    case Compression::kAsInput:
+      break;
+  }
+  if (document.had_meshopt) return Written::kMeshopt;
+  return document.had_draco ? Written::kDraco : Written::kPlain;
+}
+
 Status write_scenes(const JobOptions& options, const Prepared& p, const Made& made,
                     Artifacts& artifacts) {
   scene_out::LightmapImages images;
@@ -110,8 +125,7 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   }
   scene_out::WriteOptions write;
   write.remove_lights = options.lightmaps && options.lights == LightsPolicy::kRemove;
-  write.meshopt = options.compression == Compression::kMeshopt ||
-                  (options.compression == Compression::kAsInput && p.document.had_meshopt);
+  write.compression = compression_of(options, p.document);
   const batches::BatchPlan* plan = options.batches ? &made.plan : nullptr;
   const atlas::Layout* layout = options.lightmaps ? &made.places.layout : nullptr;
   if (options.carrier != Carrier::kPortable) {

@@ -134,11 +134,22 @@ Json range_json(const Writer& w, std::size_t primitive, const IndexRange& range,
   return json;
 }
 
+/// The translation of a batch's node: the box's centre on a grid of powers of two, so that readers
+/// with floats hold it exactly, and grids of compressed positions line up.
+Vec3d frame_of(const scene::Scene& scene, const Aabb& box) {
+  Vec3d centre = scene.origin + to_double(box.centre());
+  constexpr double kSteps = 1024;  // along the scene, about
+  const double unit =
+      std::exp2(std::floor(std::log2(static_cast<double>(scene.box.diagonal()) / kSteps)));
+  if (unit > 0)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      centre[axis] = std::round(centre[axis] / unit) * unit;
+  return to_double(to_float(centre));
+}
+
 Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t max_vertices,
                         const std::string& name) {
-  const Vec3d centre = w.scene.origin + to_double(batch.box.centre());
-  // A translation that readers with floats hold exactly.
-  const Vec3d frame = to_double(to_float(centre));
+  const Vec3d frame = frame_of(w.scene, batch.box);
   Json primitives = Json::array(), ranges = Json::array();
   for (const batches::Group& group : batch.groups) {
     GroupLook look = look_of(w, group);

@@ -15,7 +15,8 @@ constexpr std::array<std::string_view, 12> kNoData{
     "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture", "KHR_lights_", "KHR_node_",
     "KHR_xmp",        "OMI_",         "MOZ_",         "MSFT_lod",     "EXT_lights_", "KHR_audio"};
 // Extensions whose numbers are followed elsewhere.
-constexpr std::array<std::string_view, 1> kFollowed{"EXT_mesh_gpu_instancing"};
+constexpr std::array<std::string_view, 2> kFollowed{"EXT_mesh_gpu_instancing",
+                                                    "KHR_draco_mesh_compression"};
 
 void visit_values(Json* object, const std::function<void(Json&)>& visit) {
   if (object == nullptr || !object->is_object()) return;

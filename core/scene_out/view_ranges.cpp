@@ -50,6 +50,18 @@ void for_each_read(Json& root, const std::vector<std::uint64_t>& stride, const V
   }
 }
 
+/// Calls visit(slot) for the view of every Draco stream.
+template <typename Visit>
+void for_each_stream(Json& root, const Visit& visit) {
+  Json* meshes = member(root, "meshes");
+  if (meshes == nullptr) return;
+  for (Json& mesh : *meshes)
+    for (Json& primitive : mesh["primitives"])
+      if (Json* extensions = member(primitive, "extensions"))
+        if (Json* draco = member(*extensions, "KHR_draco_mesh_compression"))
+          visit((*draco)["bufferView"]);
+}
+
 }  // namespace
 
 void for_each_view(Json& root, const std::function<void(Json&)>& visit) {
@@ -65,6 +77,7 @@ void for_each_view(Json& root, const std::function<void(Json&)>& visit) {
     }
   if (Json* images = member(root, "images"))
     for (Json& image : *images) in(image);
+  for_each_stream(root, visit);
 }
 
 ViewUses::ViewUses(Json& root, const std::set<std::uint32_t>& pinned) {
@@ -80,6 +93,7 @@ ViewUses::ViewUses(Json& root, const std::set<std::uint32_t>& pinned) {
     for (const Json& image : *images)
       if (const std::uint32_t v = index_at(image, "bufferView"); v < whole_.size())
         whole_[v] = true;
+  for_each_stream(root, [&](const Json& slot) { whole_.at(slot.get<std::size_t>()) = true; });
   for_each_read(root, stride_, [&](Json& json, std::uint64_t bytes) { add(json, bytes); });
   for (std::size_t v = 0; v < ranges_.size(); ++v) {
     auto& ranges = ranges_[v];

@@ -11,7 +11,8 @@
 
 namespace lightbatch::scene_out {
 
-/// Calls visit(slot) for every place of core glTF that holds the number of a buffer view.
+/// Calls visit(slot) for every place of core glTF, and of KHR_draco_mesh_compression, that holds
+/// the number of a buffer view.
 void for_each_view(gltf::Json& root, const std::function<void(gltf::Json& slot)>& visit);
 
 /// Which bytes of which buffer views are read by accessors, images or (whole) by pins.

@@ -3,6 +3,7 @@
 #include "core/gltf/glb_writer.h"
 #include "core/image/codecs.h"
 #include "core/scene_out/batch_meshes.h"
+#include "core/scene_out/draco_encode.h"
 #include "core/scene_out/in_place.h"
 #include "core/scene_out/lights.h"
 #include "core/scene_out/mend_decoded.h"
@@ -123,7 +124,11 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   for (const Bytes& b : document.buffers) buffers.push_back(&b);
   for (const Bytes& b : fresh) buffers.push_back(&b);
   Bytes binary = pack(w.root, document.json, buffers);
-  if (options.meshopt) binary = compress_views(w.root, document.json, std::move(binary));
+  if (options.compression == Compression::kMeshopt)
+    binary = compress_views(w.root, document.json, std::move(binary));
+  if (options.compression == Compression::kDraco) {
+    LB_ASSIGN_OR_RETURN(binary, compress_draco(w.root, document.json, std::move(binary)));
+  }
   return gltf::write_glb(std::move(w.root), binary);
 }
 

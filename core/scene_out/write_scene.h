@@ -29,9 +29,11 @@ enum class Carrier {
 /// Irradiance (lux) at barycentric (u, v) of a scene triangle.
 using IrradianceAt = std::function<Rgb(std::uint32_t triangle, float u, float v)>;
 
+enum class Compression { kPlain, kMeshopt, kDraco };
+
 struct WriteOptions {
   Carrier carrier = Carrier::kLightmap;
-  bool meshopt = false;       // EXT_meshopt_compression of the geometry
+  Compression compression = Compression::kPlain;
   bool remove_lights = true;  // lights that the scene holds (all baked) go into extras
   /// Portable: which triangles are lit (empty: all), their light, and the scale from luminance
   /// (nits) to colour; exposure 0: chosen so that 99 % of the lit surface stays below 1.

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "core/base/bytes.h"
+#include "core/base/status.h"
+#include "core/gltf/document.h"
+
+namespace lightbatch::scene_out {
+
+/// KHR_draco_mesh_compression of the indexed triangles of a packed file (one buffer): returns the
+/// new buffer. Triangles and vertices stay in their order, so ranges of indices stay true.
+/// Lossy: float positions are rounded to a grid that all meshes share (a power of two, 1/16384 of
+/// the median mesh's size or finer), so meshes that met still meet; normals to 12 bits; texture
+/// coordinates to 1/65536. Everything else is exact. Primitives with morph targets or joints stay
+/// as they are; so does the whole file when extensions that are not understood hold numbers of
+/// accessors or views (`before`: the document as read). Same bytes on any number of threads.
+Result<Bytes> compress_draco(gltf::Json& root, const gltf::Json& before, Bytes binary);
+
+}  // namespace lightbatch::scene_out
