@@ -136,6 +136,9 @@ Result<pipeline::JobOptions> to_pipeline(const v1::JobOptions& in) {
     case v1::COMPRESSION_MESHOPT:
       out.compression = pipeline::Compression::kMeshopt;
       break;
+    case v1::COMPRESSION_DRACO:
+      out.compression = pipeline::Compression::kDraco;
+      break;
     default:
       return unknown_enum("compression");
   }

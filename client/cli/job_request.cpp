@@ -109,6 +109,7 @@ class Builder {
     options.set_keep_materials(words_.keep_materials);
     if (words_.compress == "none") options.set_compression(v1::COMPRESSION_NONE);
     if (words_.compress == "meshopt") options.set_compression(v1::COMPRESSION_MESHOPT);
+    if (words_.compress == "draco") options.set_compression(v1::COMPRESSION_DRACO);
     for (const std::string& other : words_.others) add_scene(other);
   }
 

@@ -102,9 +102,11 @@ void add_light(CLI::App& command, Words& words) {
   command.add_flag("--keep-materials", words.job.keep_materials,
                    "Merge no materials through vertex colours");
   command
-      .add_option("--compress", words.job.compress,
-                  "Geometry of scene.glb: none, meshopt (default: as the input was)")
-      ->check(CLI::IsMember({"none", "meshopt"}));
+      .add_option(
+          "--compress", words.job.compress,
+          "Geometry of scene.glb: none, meshopt (exact), draco (smaller, rounded); default: "
+          "as the input was")
+      ->check(CLI::IsMember({"none", "meshopt", "draco"}));
   command.add_flag("--no-batches", words.job.no_batches, "Leave the scene's nodes as they are");
   command.add_flag("--no-lightmaps", words.job.no_lightmaps, "Bake no light");
   command.add_option("--effects", words.job.effects,

@@ -109,6 +109,8 @@ scene_out::Compression compression_of(const JobOptions& options, const gltf::Doc
       return Written::kPlain;
     case Compression::kMeshopt:
       return Written::kMeshopt;
+    case Compression::kDraco:
+      return Written::kDraco;
     case Compression::kAsInput:
       break;
   }

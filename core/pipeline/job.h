@@ -12,7 +12,7 @@
 namespace lightbatch::pipeline {
 
 enum class JobKind { kBake, kPlan, kQuote, kSweep, kHierarchy, kRelight, kViews };
-enum class Compression { kAsInput, kNone, kMeshopt };
+enum class Compression { kAsInput, kNone, kMeshopt, kDraco };
 enum class Carrier { kLightmap, kPortable, kBoth };
 enum class LightsPolicy { kRemove, kKeep };
 enum class SolverMode { kAuto, kStoredRay, kLinked };
