@@ -166,6 +166,27 @@ Rgb Gather::seen(const rays::Hit& hit, float distance, const Numbers& numbers, i
   return read(e, hit, split, counts);
 }
 
+Gather::Along Gather::along(const rays::Ray& ray, std::uint32_t exclude, const Numbers& numbers,
+                            const Split& split, BakeCounts& counts) const {
+  Along result;
+  radiosity::walk_hemisphere_ray(
+      input_.optics, input_.caster, ray, exclude, counts.rays,
+      [&](const rays::Hit& hit, const Rgb& weight) {
+        if (result.inverse_distance == 0) {
+          result.meets_back = hit.back && !input_.optics.double_sided(hit.triangle);
+        }
+        result.inverse_distance += 1.0 / std::max(1e-30, static_cast<double>(hit.t));
+        result.radiosity +=
+            to_double(weight * seen(hit, hit.t, numbers, 0, split.times(weight), counts));
+      },
+      [&](const Rgb& weight) {
+        const Rgb sky = weight * input_.sky.radiance(ray.direction) * kPi;
+        result.radiosity += to_double(sky);
+        if (split.asked()) split.add(split.by_group.size() - 1, sky);
+      });
+  return result;
+}
+
 Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint32_t seed,
                                  std::span<Rgb> by_group, BakeCounts& counts) const {
   const Split split{by_group};
@@ -190,17 +211,9 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
     const Vec3f direction =
         Frame::about(from.frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
     const Numbers numbers{item_seed(seed, k), sequence.pair(k, 5)};
-    radiosity::walk_hemisphere_ray(
-        input_.optics, input_.caster, {from.frame.origin, direction}, from.triangle, counts.rays,
-        [&](const rays::Hit& hit, const Rgb& weight) {
-          inverse_distance += 1.0 / std::max(1e-30, static_cast<double>(hit.t));
-          sum += to_double(weight * seen(hit, hit.t, numbers, 0, split.times(weight), counts));
-        },
-        [&](const Rgb& weight) {
-          const Rgb sky = weight * input_.sky.radiance(direction) * kPi;
-          sum += to_double(sky);
-          if (split.asked()) split.add(by_group.size() - 1, sky);
-        });
+    const Along arrives = along({from.frame.origin, direction}, from.triangle, numbers, split, counts);
+    sum += arrives.radiosity;
+    inverse_distance += arrives.inverse_distance;
   }
   Value value;
   const auto taken = static_cast<double>(wanted);

@@ -25,12 +25,6 @@ class Gather {
     float variance = 0;  // of the mean of the channels, from the two halves of the rays
     float distance = 0;  // harmonic mean length of the rays, metres; infinite when all escape
   };
-  /// seed must differ between texels; rays >= 1. by_group: gets the irradiance of each light group;
-  /// empty: not asked.
-  Value operator()(const TexelPoints& points, int rays, std::uint32_t seed, std::span<Rgb> by_group,
-                   BakeCounts& counts) const;
-
- private:
   /// Random numbers of one further gather; of the first, the direction is stratified with the ray.
   struct Numbers {
     std::uint64_t seed = 0;
@@ -44,6 +38,22 @@ class Gather {
     void add(std::size_t group, const Rgb& light) const { by_group[group] += weight * light; }
     Split times(const Rgb& factor) const { return {by_group, weight * factor}; }
   };
+  /// What comes down one ray from surfaces, as the first stage has them, and from the sky; what
+  /// emitters send directly is not part of it.
+  struct Along {
+    Rgbd radiosity;               // pi times luminance, lm/m2
+    double inverse_distance = 0;  // 1/metres, summed over the surfaces met
+    bool meets_back = false;      // the first of them shows an absorbing back
+  };
+  Along along(const rays::Ray& ray, std::uint32_t exclude, const Numbers& numbers,
+              const Split& split, BakeCounts& counts) const;
+
+  /// seed must differ between texels; rays >= 1. by_group: gets the irradiance of each light group;
+  /// empty: not asked.
+  Value operator()(const TexelPoints& points, int rays, std::uint32_t seed, std::span<Rgb> by_group,
+                   BakeCounts& counts) const;
+
+ private:
   /// Radiosity seen at a hit, lm/m2.
   Rgb seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,
            const Split& split, BakeCounts& counts) const;

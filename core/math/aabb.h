@@ -29,6 +29,11 @@ struct BasicAabb {
   constexpr Vec3<T> extent() const { return is_empty() ? Vec3<T>{} : upper - lower; }
   constexpr Vec3<T> centre() const { return (lower + upper) * T(0.5); }
   T diagonal() const { return length(extent()); }
+  /// k < 8; bits of k: upper side in x, y, z.
+  constexpr Vec3<T> corner(unsigned k) const {
+    return {(k & 1u) != 0 ? upper.x : lower.x, (k & 2u) != 0 ? upper.y : lower.y,
+            (k & 4u) != 0 ? upper.z : lower.z};
+  }
   /// Surface area; 0 when empty.
   constexpr T area() const {
     const Vec3<T> e = extent();
@@ -39,8 +44,8 @@ struct BasicAabb {
            b.lower.y <= upper.y && lower.z <= b.upper.z && b.lower.z <= upper.z;
   }
   constexpr bool contains(const Vec3<T>& p) const {
-    return lower.x <= p.x && p.x <= upper.x && lower.y <= p.y && p.y <= upper.y &&
-           lower.z <= p.z && p.z <= upper.z;
+    return lower.x <= p.x && p.x <= upper.x && lower.y <= p.y && p.y <= upper.y && lower.z <= p.z &&
+           p.z <= upper.z;
   }
   constexpr bool operator==(const BasicAabb&) const = default;
 };

@@ -55,6 +55,23 @@ inline Vec3f cosine_hemisphere(const Vec2f& square) {
   return {d.x, d.y, z};
 }
 
+/// Direction about +z, uniform over the upper half of the sphere (density 1 / 2 pi). z > 0 always.
+/// The concentric disc lifted by Lambert's equal-area map.
+inline Vec3f uniform_hemisphere(const Vec2f& square) {
+  const Vec2f d = concentric_disc(square);
+  const float squared = d.x * d.x + d.y * d.y;
+  const float stretch = std::sqrt(std::max(0.0f, 2 - squared));
+  return {d.x * stretch, d.y * stretch, std::max(1e-6f, 1 - squared)};
+}
+
+/// Direction uniform over the sphere (density 1 / 4 pi): two halves side by side in x.
+inline Vec3f uniform_sphere(const Vec2f& square) {
+  const bool lower = square.x >= 0.5f;
+  Vec3f d = uniform_hemisphere({2 * square.x - (lower ? 1.0f : 0.0f), square.y});
+  if (lower) d.z = -d.z;
+  return d;
+}
+
 /// Barycentric (u, v) of a uniform point of a triangle (Heitz 2019, a low-distortion map).
 inline Vec2f uniform_triangle(Vec2f square) {
   if (square.y > square.x) {

@@ -16,10 +16,12 @@
 #include "core/pipeline/light_stage.h"
 #include "core/pipeline/pilot.h"
 #include "core/pipeline/plan_cost.h"
+#include "core/pipeline/probe_stage.h"
 #include "core/pipeline/quote.h"
 #include "core/pipeline/report_json.h"
 #include "core/pipeline/view_picture.h"
 #include "core/report/html.h"
+#include "core/scene_out/probes_file.h"
 #include "core/scene_out/write_scene.h"
 
 namespace lightbatch::pipeline {
@@ -128,6 +130,10 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   scene_out::WriteOptions write;
   write.remove_lights = options.lightmaps && options.lights == LightsPolicy::kRemove;
   write.compression = compression_of(options, p.document);
+  if (!made.light.probes.grid.positions.empty()) {
+    write.extras["probes"] = {{"file", "probes.json"}};
+    LB_RETURN_IF_ERROR(artifacts.add("probes.json", scene_out::probes_file(made.light.probes)));
+  }
   const batches::BatchPlan* plan = options.batches ? &made.plan : nullptr;
   const atlas::Layout* layout = options.lightmaps ? &made.places.layout : nullptr;
   if (options.carrier != Carrier::kPortable) {
@@ -252,6 +258,7 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     report["lightmaps"] = report_lightmaps(made.places, made.light.baked.counts, made.encoded);
     made.groups = group_entries(options, p, made.light.groups);
     for (const GroupEntry& entry : made.groups) report["light_groups"].push_back(to_json(entry));
+    if (p.effects.on(plan::Effect::kProbes)) report["probes"] = report_probes(made.light.probes);
     set_costs(p.effects, *p.scene, made.light);
     report_counters(report, p.effects, made.light);
     LB_ASSIGN_OR_RETURN(const accuracy::Certificate certificate,

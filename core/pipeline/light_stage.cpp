@@ -5,6 +5,7 @@
 
 #include "core/base/parallel.h"
 #include "core/pipeline/first_stage.h"
+#include "core/pipeline/probe_stage.h"
 
 namespace lightbatch::pipeline {
 namespace {
@@ -146,6 +147,9 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   input.selected = wish.selected;
   LB_ASSIGN_OR_RETURN(bake.baked, lightmap::bake_texels(input, settings.gather, progress));
   clock.stop();
+  if (whole && p.effects.on(plan::Effect::kProbes)) {
+    LB_ASSIGN_OR_RETURN(bake.probes, bake_light_probes(p, input, settings.gather, clock, progress));
+  }
   return bake;
 }
 

@@ -10,6 +10,7 @@
 #include "core/lightmap/bake.h"
 #include "core/lightmap/pages.h"
 #include "core/pipeline/prepare.h"
+#include "core/probes/bake.h"
 #include "core/radiosity/solution.h"
 
 namespace lightbatch::pipeline {
@@ -39,6 +40,7 @@ struct LightBake {
   /// empty: not kept apart.
   std::vector<radiosity::LightGroup> groups;
   std::shared_ptr<const FirstStage> first;  // where it was asked for
+  probes::LightProbes probes;  // empty: nothing moves, or a part of the texels only
 };
 
 /// What settings are chosen from.
@@ -51,7 +53,7 @@ struct LightWish {
   std::shared_ptr<const FirstStage> first;              // in place of one by the settings
 };
 
-/// Stages "radiosity" and "gather". All texels: by light group too, where there are several.
+/// Stages "radiosity", "gather" and, when they are on, "probes". All texels: by light group too, where there are several.
 Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                              const LightmapPlaces& places, const accuracy::BakeSettings& settings,
                              StageClock& clock, const Progress& progress,

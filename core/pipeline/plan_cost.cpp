@@ -16,6 +16,7 @@ void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const Light
                double baked_share) {
   const auto rays_of = [&](std::uint64_t radiosity::RayCounts::*count) {
     return static_cast<double>(bake.radiosity.rays.*count) +
+           static_cast<double>(bake.probes.counts.rays.*count) +
            static_cast<double>(bake.baked.counts.rays.*count) / std::max(1e-9, baked_share);
   };
   using radiosity::RayCounts;
@@ -48,6 +49,7 @@ void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const Light
   set(Effect::kAlphaCutout, rays_of(&RayCounts::alpha_lookups));
   set(Effect::kAlphaBlend, crossings);
   set(Effect::kTransmission, crossings);
+  set(Effect::kProbes, static_cast<double>(bake.probes.counts.rays.cast()));
 }
 
 Status expect_costs(const JobOptions& options, Prepared& p, StageClock& clock,

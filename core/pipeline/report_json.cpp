@@ -267,6 +267,7 @@ void report_counters(Json& report, const plan::EffectPlan& effects, const LightB
   }
   radiosity::RayCounts rays = bake.radiosity.rays;
   rays += bake.baked.counts.rays;
+  rays += bake.probes.counts.rays;
   const auto set = [&](std::string_view effect, Json counters) {
     for (Json& e : report["plan"]["effects"]) {
       if (e["name"] == effect) e["counters"] = std::move(counters);
@@ -286,6 +287,8 @@ void report_counters(Json& report, const plan::EffectPlan& effects, const LightB
   set("alpha_cutout", {{"alpha look-ups", counted(Effect::kAlphaCutout, rays.alpha_lookups)}});
   set("alpha_blend", {{"alpha look-ups", counted(Effect::kAlphaBlend, rays.alpha_lookups)},
                       {"sheet crossings", counted(Effect::kAlphaBlend, rays.sheet_crossings)}});
+  set("probes", {{"probes", bake.probes.grid.positions.size()},
+                 {"probe rays", bake.probes.counts.rays.cast()}});
   set("transmission", {{"sheet crossings", counted(Effect::kTransmission, rays.sheet_crossings)}});
 }
 

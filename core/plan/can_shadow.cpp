@@ -35,6 +35,9 @@ bool can_shadow(const scene::Scene& scene, bool light_from_outside) {
       sides.back = sides.back || height < -slack;
     };
     for (const Vec3f& p : scene.positions) add(to_double(p));
+    for (const scene::MovingMesh& moving : scene.moving) {
+      for (unsigned k = 0; k < 8; ++k) add(moving.swept.corner(k) - scene.origin);
+    }
     for (const scene::Light& light : scene.lights) {
       if (light.kind != scene::LightKind::kDirectional) add(light.position);
     }

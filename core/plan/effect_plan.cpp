@@ -64,6 +64,16 @@ void decide(Decision& d, const Scene& scene, const std::set<std::uint32_t>& mate
   }
 }
 
+/// Where moving meshes can be, in recentred coordinates.
+Aabb moving_box(const Scene& scene) {
+  Aabb box;
+  for (const scene::MovingMesh& moving : scene.moving) {
+    box.add(to_float(moving.swept.lower - scene.origin));
+    box.add(to_float(moving.swept.upper - scene.origin));
+  }
+  return box;
+}
+
 /// The box's nearest distance to a point.
 double distance_to(const Aabb& box, const Vec3d& p) {
   double squared = 0;
@@ -79,6 +89,8 @@ double distance_to(const Aabb& box, const Vec3d& p) {
 void decide_lights(EffectPlan& plan, const Scene& scene) {
   constexpr std::array<Effect, 3> kEffects{Effect::kPointLights, Effect::kSpotLights,
                                            Effect::kDirectionalLights};
+  Aabb lit = scene.box;
+  lit.add(moving_box(scene));
   for (std::size_t k = 0; k < kEffects.size(); ++k) {
     const auto kind = static_cast<LightKind>(k);
     Decision& d = plan[kEffects[k]];
@@ -88,7 +100,7 @@ void decide_lights(EffectPlan& plan, const Scene& scene) {
       ++all;
       if (light.intensity.is_black()) continue;
       if (light.range > 0 && kind != LightKind::kDirectional &&
-          distance_to(scene.box, light.position) >= light.range) {
+          distance_to(lit, light.position) >= light.range) {
         continue;
       }
       ++reaching;
@@ -102,7 +114,15 @@ void decide_lights(EffectPlan& plan, const Scene& scene) {
   }
 }
 
-int escaping_rays(const Scene& scene, const rays::Caster& caster, const optics::Optics& optics) {
+bool escapes(const rays::Caster& caster, const optics::Optics& optics, const rays::Ray& ray,
+             std::uint32_t from) {
+  optics::ShadowFilter filter(optics);
+  return !caster.occluded(ray, from, rays::kNoTriangle, &filter);
+}
+
+int escaping_from_surfaces(const Scene& scene, const rays::Caster& caster,
+                           const optics::Optics& optics) {
+  if (scene.triangles.empty()) return 0;
   const float lift = optics::lift_of(scene);
   Random random(0x517);
   int escaped = 0;
@@ -113,9 +133,23 @@ int escaping_rays(const Scene& scene, const rays::Caster& caster, const optics::
     const Vec3f direction =
         Frame::about(frame.normal)
             .to_world(cosine_hemisphere({random.next_float(), random.next_float()}));
-    optics::ShadowFilter filter(optics);
-    if (!caster.occluded({frame.origin, direction}, triangle, rays::kNoTriangle, &filter))
-      ++escaped;
+    if (escapes(caster, optics, {frame.origin, direction}, triangle)) ++escaped;
+  }
+  return escaped;
+}
+
+int escaping_from_moving(const Scene& scene, const rays::Caster& caster,
+                         const optics::Optics& optics) {
+  Random random(0x518);
+  int escaped = 0;
+  for (int k = 0; k < kSkyProbes && !scene.moving.empty(); ++k) {
+    const Aabbd& box = scene.moving[random.below(scene.moving.size())].swept;
+    const Vec3d within = box.extent();
+    const Vec3d at = box.lower - scene.origin +
+                     Vec3d{within.x * random.next_double(), within.y * random.next_double(),
+                           within.z * random.next_double()};
+    const Vec3f direction = uniform_sphere({random.next_float(), random.next_float()});
+    if (escapes(caster, optics, {to_float(at), direction}, rays::kNoTriangle)) ++escaped;
   }
   return escaped;
 }
@@ -127,14 +161,16 @@ void decide_sky(EffectPlan& plan, const Scene& scene, const optics::Optics& opti
     d.reason = "the request brings none";
     return;
   }
-  if (scene.triangles.empty()) {
+  if (scene.triangles.empty() && scene.moving.empty()) {
     d.reason = "there is no surface";
     return;
   }
-  const int escaped = escaping_rays(scene, caster, optics);
-  d.called_for = escaped > 0;
+  const int escaped = escaping_from_surfaces(scene, caster, optics);
+  const int moving = escaping_from_moving(scene, caster, optics);
+  d.called_for = escaped + moving > 0;
   d.reason =
       std::to_string(escaped) + " of " + std::to_string(kSkyProbes) + " probe rays leave the scene";
+  if (!scene.moving.empty()) d.reason += ", " + std::to_string(moving) + " from where meshes move";
 }
 
 void decide_interreflection(EffectPlan& plan, const Scene& scene, bool any_light,
@@ -146,7 +182,8 @@ void decide_interreflection(EffectPlan& plan, const Scene& scene, bool any_light
         std::max(brightest,
                  m.base_color.max() * (1.0f - (m.metallic_texture.present() ? 0.0f : m.metallic)));
   }
-  const bool mutual = can_shadow(scene, false) || [&] {
+  const bool to_probes = !scene.moving.empty() && !scene.triangles.empty();
+  const bool mutual = to_probes || can_shadow(scene, false) || [&] {
     // A convex room: surfaces face each other unless all lie in one plane.
     if (scene.triangles.empty()) return false;
     const auto c = scene.corners(0);
@@ -164,6 +201,21 @@ void decide_interreflection(EffectPlan& plan, const Scene& scene, bool any_light
                                       std::lround(100 * static_cast<double>(brightest)))) +
                                   " %"
                             : "reflectances are below a tenth of the error asked for";
+}
+
+void decide_probes(Decision& d, const Scene& scene, bool any_light) {
+  std::set<std::string> names;
+  for (const scene::MovingMesh& moving : scene.moving) {
+    names.insert("node " + std::to_string(moving.node) + " " + moving.name);
+  }
+  d.called_for = any_light && !names.empty();
+  d.reason = names.empty() ? "nothing moves"
+             : !any_light  ? "there is no light"
+                           : std::to_string(names.size()) + " nodes with meshes move";
+  for (const std::string& name : names) {
+    if (d.evidence.size() == kMaxEvidence) break;
+    d.evidence.push_back(name);
+  }
 }
 
 Status apply_overrides(EffectPlan& plan, const std::vector<std::string>& overrides) {
@@ -255,12 +307,8 @@ Result<EffectPlan> make_plan(const Scene& scene, const optics::Optics& optics,
       plan[Effect::kDirectionalLightmaps], scene,
       materials_where(scene, [&](std::uint32_t i) { return scene.material_of(i).has_normal_map; }),
       "materials have normal maps", "no material has a normal map");
-  Decision& probes = plan[Effect::kProbes];
-  probes.called_for = !scene.moving_boxes.empty();
-  probes.reason = probes.called_for ? std::to_string(scene.moving_boxes.size()) + " meshes move"
-                                    : "nothing moves";
-  for (const Effect e :
-       {Effect::kDiffuseTransmission, Effect::kDirectionalLightmaps, Effect::kProbes}) {
+  decide_probes(plan[Effect::kProbes], scene, any_light);
+  for (const Effect e : {Effect::kDiffuseTransmission, Effect::kDirectionalLightmaps}) {
     plan[e].simulated = false;
     if (plan[e].called_for) plan[e].reason += "; this version does not simulate it";
   }

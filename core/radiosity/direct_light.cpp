@@ -50,10 +50,12 @@ Bound bound_of(const Aabb& box, float power, const Receiver& at) {
   const Vec3f& n = at.frame.normal;
   const float reach = std::fabs(n.x) * half.x + std::fabs(n.y) * half.y + std::fabs(n.z) * half.z;
   const float height = dot(to, n) + reach;
-  if (height <= 0) return {};
+  if (height <= 0 && !at.is_in_space()) return {};
   const float squared = dot(to, to);
   const float distance = std::sqrt(squared);
-  const float cosine = std::min(1.0f, (height + 1e-20f) / std::max(distance, radius + 1e-20f));
+  const float cosine =
+      at.is_in_space() ? 1.0f
+                       : std::min(1.0f, (height + 1e-20f) / std::max(distance, radius + 1e-20f));
   const float importance = power * cosine / (kPi * std::max(squared, radius * radius) + 1e-30f);
   return {importance, importance * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
 }
@@ -64,11 +66,12 @@ float turned(float random, float turn) {
   return std::min(sum < 1 ? sum : sum - 1, 0x1.fffffep-1f);
 }
 
-/// A point of an emitter and what it brings to the receiver: cosine at the receiver over the
-/// density per solid angle, sr; 0: nothing.
+/// A point of an emitter that the receiver's side faces: 1 over the density per solid angle, sr; 0:
+/// nothing.
 struct EmitterSample {
   Vec3f point;
-  Vec2f at;  // barycentric
+  Vec2f at;         // barycentric
+  Vec3d direction;  // unit, from the receiver
   double weight = 0;
 };
 
@@ -85,8 +88,8 @@ EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random)
   if (largest > kLargeTriangle * dot(away, away)) {
     const SphericalTriangle seen(from, {e.a, e.b, e.c});
     if (!(seen.solid_angle() > 0)) return sample;
-    const Vec3d direction =
-        seen.direction(static_cast<double>(random.x), static_cast<double>(random.y));
+    sample.direction = seen.direction(static_cast<double>(random.x), static_cast<double>(random.y));
+    const Vec3d& direction = sample.direction;
     const double facing = dot(direction, normal);
     if (!(e.double_sided ? facing != 0 : facing < 0)) return sample;
     const Vec3d point = direction * (dot(to_double(e.a) - from, normal) / facing);
@@ -98,7 +101,7 @@ EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random)
     if (!std::isfinite(u) || !std::isfinite(v)) return sample;
     sample.at = {static_cast<float>(std::clamp(u, 0.0, 1.0)),
                  static_cast<float>(std::clamp(v, 0.0, 1.0))};
-    sample.weight = dot(direction, to_double(at.frame.normal)) * seen.solid_angle();
+    sample.weight = seen.solid_angle();
   } else {
     sample.at = uniform_triangle(random);
     const Vec3d to = to_double(e.a + ab * sample.at.x + ac * sample.at.y) - from;
@@ -106,8 +109,11 @@ EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random)
     double facing = -dot(to, normal);
     if (e.double_sided) facing = std::fabs(facing);
     if (!(squared > 0) || !(facing > 0)) return sample;
-    sample.weight = 0.5 * dot(to, to_double(at.frame.normal)) * facing / (squared * squared);
+    const double distance = std::sqrt(squared);
+    sample.direction = to / distance;
+    sample.weight = 0.5 * facing / (squared * distance);
   }
+  if (!at.is_in_space() && !(dot(sample.direction, to_double(at.frame.normal)) > 0)) return {};
   sample.point = e.a + ab * sample.at.x + ac * sample.at.y;
   return sample;
 }
@@ -218,7 +224,8 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
     const EmitterSample sample = sample_emitter(e, at, sequence.pair(index, 0));
     if (!(sample.weight > 0)) continue;
     // What this point brings, over the probability of its term.
-    const double weight = sample.weight * static_cast<double>(terms.weight / term.weight);
+    const double weight = dot(sample.direction, to_double(at.frame.normal)) * sample.weight *
+                          static_cast<double>(terms.weight / term.weight);
     const Rgbd all =
         to_double(luminance(e, sample.at)) * (weight * static_cast<double>(term.scale));
     const Vec3f to = sample.point - at.frame.origin;
@@ -255,8 +262,8 @@ void DirectLight::split_emitters(const EmitterTerms& terms, const Rgb& share,
   for (std::size_t g = 0; g < groups.size(); ++g) groups[g] += part[g] * even * scale;
 }
 
-DirectLight::Sampled DirectLight::sampled_emitters(const Receiver& at, float worth, double pick,
-                                                   Vec2f random, RayCounts& counts) const {
+Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pick, Vec2f random,
+                                      RayCounts& counts) const {
   if (sources_->emitters().empty()) return {};
   const Hierarchy& tree = sources_->emitter_tree();
   const auto importance = [&](Hierarchy::NodeId id) {
@@ -271,13 +278,27 @@ DirectLight::Sampled DirectLight::sampled_emitters(const Receiver& at, float wor
   if (e.triangle == at.triangle) return {};
   const EmitterSample sample = sample_emitter(e, at, random);
   if (!(sample.weight > 0)) return {};
-  const Rgb open =
-      luminance(e, sample.at) * static_cast<float>(sample.weight / (asked * walk.probability));
-  if (!shadows_ || open.is_black()) return {open, e.group};
+  Incident incident{
+      to_float(sample.direction),
+      luminance(e, sample.at) * static_cast<float>(sample.weight / (asked * walk.probability)),
+      e.group};
+  if (!shadows_ || incident.light.is_black()) return incident;
   ++counts.emitter_shadow;
-  return {open * through({at.frame.origin, sample.point - at.frame.origin, 0.0f, kShadowEnd},
-                         at.triangle, e.triangle, counts),
-          e.group};
+  incident.light *= through({at.frame.origin, sample.point - at.frame.origin, 0.0f, kShadowEnd},
+                            at.triangle, e.triangle, counts);
+  return incident;
+}
+
+Incident DirectLight::punctual(const Receiver& at, const PunctualLight& light,
+                               RayCounts& counts) const {
+  const Vec3f to = light.towards(at.frame.position);
+  if (dot(to, to) == 0) return {};
+  Incident incident{normalized(to), {}};
+  if (!at.is_in_space() && !(dot(incident.direction, at.frame.normal) > 0)) return {};
+  incident.light = light.irradiance(at.frame.position, incident.direction);
+  if (incident.light.is_black()) return {};
+  incident.light *= punctual_visibility(at, light, counts);
+  return incident;
 }
 
 Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& light,

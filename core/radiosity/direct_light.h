@@ -42,10 +42,23 @@ struct GroupVisibility {
   std::array<Rgbd, kMostGroups> visible, all;
 };
 
-/// The receiver of direct light: a point on one side of a triangle.
+/// The receiver of direct light: a point on one side of a triangle, or in free space.
 struct Receiver {
   optics::SurfaceFrame frame;
   std::uint32_t triangle = rays::kNoTriangle;
+
+  /// Open to every side: its normal is 0.
+  static Receiver in_space(const Vec3f& point) {
+    return {{point, {0, 0, 0}, point}, rays::kNoTriangle};
+  }
+  bool is_in_space() const { return frame.normal == Vec3f{0, 0, 0}; }
+};
+
+/// Light that comes to a point from one direction.
+struct Incident {
+  Vec3f direction;  // unit, to where it comes from
+  Rgb light;        // luminance times solid angle: lux on a surface that faces it; 0: none
+  std::uint32_t group = 0;  // of lights
 };
 
 /// Irradiance from emitters at one point, visibility apart: the exact point-to-polygon factor
@@ -124,7 +137,16 @@ class DirectLight {
     std::uint32_t group = 0;  // of lights
   };
   Sampled sampled_emitters(const Receiver& at, float worth, double pick, Vec2f random,
+                           RayCounts& counts) const {
+    const Incident i = sampled_emitter(at, worth, pick, random, counts);
+    return {i.light * dot(i.direction, at.frame.normal), i.group};
+  }
+  /// The same before the receiver's cosine; receivers in space take light from every side.
+  Incident sampled_emitter(const Receiver& at, float worth, double pick, Vec2f random,
                            RayCounts& counts) const;
+
+  /// What one punctual light brings to the point: one shadow ray.
+  Incident punctual(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
 
   /// Share of light i that reaches the point: one shadow ray (transmittance of sheets included).
   Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;

@@ -26,6 +26,7 @@ std::string html(const nlohmann::json& report, const std::vector<Picture>& pictu
   page += time_section(report);
   page += plan_section(report);
   page += lightmap_section(report, pictures);
+  page += probes_section(report);
   page += radiosity_section(report);
   page += batches_section(report);
   page += hierarchy_section(report, pictures);

@@ -91,6 +91,10 @@ std::string lightmap_section(const Json& report, const std::vector<Picture>& pic
   return section("Lightmaps", html);
 }
 
+std::string probes_section(const Json& report) {
+  return section("Light probes", pairs_of(object(report, "probes")));
+}
+
 std::string radiosity_section(const Json& report) {
   const Json& radiosity = object(report, "radiosity");
   std::string html = pairs_of(

@@ -16,6 +16,7 @@ std::string borders_section(const Json& report);
 std::string time_section(const Json& report);
 std::string plan_section(const Json& report);
 std::string lightmap_section(const Json& report, const std::vector<Picture>& pictures);
+std::string probes_section(const Json& report);
 std::string radiosity_section(const Json& report);
 std::string batches_section(const Json& report);
 std::string hierarchy_section(const Json& report, const std::vector<Picture>& pictures);

@@ -21,8 +21,9 @@ enum class Wrap : std::uint8_t { kRepeat, kClamp, kMirror };
 /// A use of an image by a material: KHR_texture_transform already folded in.
 /// uv' = (m00 u + m01 v + tu, m10 u + m11 v + tv), then wrap.
 struct TextureSlot {
-  std::uint32_t image = kNone;  // into Scene::images; kNone: no texture (or undecodable: factor only)
-  std::uint8_t uv_set = 0;      // 0 or 1; larger sets count as absent
+  std::uint32_t image =
+      kNone;                // into Scene::images; kNone: no texture (or undecodable: factor only)
+  std::uint8_t uv_set = 0;  // 0 or 1; larger sets count as absent
   Wrap wrap_u = Wrap::kRepeat;
   Wrap wrap_v = Wrap::kRepeat;
   float m00 = 1, m01 = 0, m10 = 0, m11 = 1, tu = 0, tv = 0;
@@ -47,7 +48,7 @@ struct Material {
   bool double_sided = false;
   bool unlit = false;
   bool has_normal_map = false;
-  float transmission = 0;  // KHR_materials_transmission, thin sheet
+  float transmission = 0;            // KHR_materials_transmission, thin sheet
   TextureSlot transmission_texture;  // red channel
   float diffuse_transmission = 0;    // KHR_materials_diffuse_transmission
   Rgb diffuse_transmission_color{1, 1, 1};
@@ -69,9 +70,9 @@ struct Light {
   std::uint32_t gltf_index = kNone;  // into the extension's light array
   LightKind kind = LightKind::kPoint;
   Vec3d position;
-  Vec3d direction{0, 0, -1};  // unit, the way the light shines
-  Rgb intensity;              // color * intensity: cd (point, spot) or lux (directional)
-  double range = 0;           // metres; 0: unlimited
+  Vec3d direction{0, 0, -1};            // unit, the way the light shines
+  Rgb intensity;                        // color * intensity: cd (point, spot) or lux (directional)
+  double range = 0;                     // metres; 0: unlimited
   double cos_inner = 1, cos_outer = 0;  // spot cone
 };
 
@@ -81,12 +82,12 @@ struct Object {
   std::string name;  // node name, or mesh name, or "node 3"
   std::uint32_t node = kNone;
   std::uint32_t mesh = kNone;
-  std::uint32_t primitive = 0;      // index within the mesh
-  std::uint32_t instance = kNone;   // EXT_mesh_gpu_instancing index, or kNone
-  std::uint32_t material = 0;       // into Scene::materials
-  std::uint32_t first_triangle = 0; // into Scene::triangles
+  std::uint32_t primitive = 0;       // index within the mesh
+  std::uint32_t instance = kNone;    // EXT_mesh_gpu_instancing index, or kNone
+  std::uint32_t material = 0;        // into Scene::materials
+  std::uint32_t first_triangle = 0;  // into Scene::triangles
   std::uint32_t triangle_count = 0;
-  Affine to_world;  // object space to true world space (Scene::origin not subtracted)
+  Affine to_world;        // object space to true world space (Scene::origin not subtracted)
   bool mirrored = false;  // negative determinant: winding was flipped so that front stays front
 };
 
@@ -103,6 +104,14 @@ struct Skipped {
   std::uint32_t mesh = kNone;
   std::uint32_t primitive = kNone;
   std::string reason;  // "skinned", "morph targets", "animated", "LINES", "POINTS", "no positions"
+};
+
+/// A skinned, morphing or animated primitive. It is no part of the static scene: probes light it.
+struct MovingMesh {
+  std::string name;  // as Object::name
+  std::uint32_t node = kNone;
+  Aabbd rest;   // world box as the file stands, not animated
+  Aabbd swept;  // world box of everywhere that the file's animations take it, rest included
 };
 
 /// Counts of what was mended or dropped while reading.
@@ -129,7 +138,7 @@ struct Scene {
   std::vector<std::shared_ptr<const image::Image8>> images;
   std::vector<Light> lights;
   std::vector<Skipped> skipped;
-  std::vector<Aabbd> moving_boxes;  // world boxes (bind pose) of skinned, morphing, animated meshes
+  std::vector<MovingMesh> moving;
   ReadCounts counts;
   std::vector<std::string> warnings;
 

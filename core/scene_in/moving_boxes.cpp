@@ -1,6 +1,6 @@
 #include "core/scene_in/moving_boxes.h"
 
-#include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "core/gltf/accessor.h"
@@ -17,30 +17,56 @@ Vec3d vector_at(const gltf::Values& values, std::size_t i) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
-/// Joint matrices of a skin: world of the joint times its inverse bind matrix.
-Result<std::vector<Affine>> joint_transforms(const gltf::Document& document, const NodeTree& tree,
-                                             const Json& skin) {
-  std::vector<Affine> joints;
-  for (const Json& joint : skin["joints"]) joints.push_back(tree.world[joint.get<std::size_t>()]);
-  const std::uint32_t accessor = gltf::index_field(skin, "inverseBindMatrices");
-  if (accessor == kAbsent) return joints;
-  std::vector<std::uint32_t> wanted(joints.size());
-  std::iota(wanted.begin(), wanted.end(), 0u);
-  LB_ASSIGN_OR_RETURN(const gltf::Values values, gltf::read_elements(document, accessor, wanted));
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    std::array<double, 16> m;
-    for (std::size_t k = 0; k < 16; ++k) m[k] = static_cast<double>(values.data[16 * i + k]);
-    joints[i] = joints[i] * Affine::from_column_major(m);
-  }
-  return joints;
+Aabbd moved(const Aabbd& box, const Affine& by) {
+  Aabbd result;
+  for (unsigned k = 0; k < 8; ++k) result.add(by.point(box.corner(k)));
+  return result;
 }
 
-/// A skinned vertex is a weighted mean of its images under the joints that move it: their box holds
-/// it.
-Result<Aabbd> skinned_box(const gltf::Document& document, const NodeTree& tree, const Json& skin,
-                          const Json& attributes, const gltf::Values& positions) {
-  LB_ASSIGN_OR_RETURN(const std::vector<Affine> joints, joint_transforms(document, tree, skin));
-  Aabbd box;
+/// Where each vertex may be: its position, and what any mix of morph targets makes of it.
+Result<std::vector<Aabbd>> vertex_boxes(const gltf::Document& document, const Json& primitive,
+                                        std::uint32_t accessor) {
+  LB_ASSIGN_OR_RETURN(const gltf::Values positions, gltf::read_values(document, accessor));
+  std::vector<Aabbd> boxes(positions.count());
+  for (std::size_t i = 0; i < boxes.size(); ++i) boxes[i].add(vector_at(positions, i));
+  for (const Json& target : gltf::list_field(primitive, "targets")) {
+    const std::uint32_t offsets = gltf::index_field(target, "POSITION");
+    if (offsets == kAbsent) continue;
+    LB_ASSIGN_OR_RETURN(const gltf::Values values, gltf::read_values(document, offsets));
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const Vec3d by = vector_at(values, i);
+      const Vec3d lower = boxes[i].lower + by, upper = boxes[i].upper + by;
+      boxes[i].add(lower);
+      boxes[i].add(upper);
+    }
+  }
+  return boxes;
+}
+
+/// Inverse bind matrices of a skin.
+Result<std::vector<Affine>> inverse_binds(const gltf::Document& document, const Json& skin) {
+  std::vector<Affine> binds(skin["joints"].size());
+  const std::uint32_t accessor = gltf::index_field(skin, "inverseBindMatrices");
+  if (accessor == kAbsent) return binds;
+  std::vector<std::uint32_t> wanted(binds.size());
+  std::iota(wanted.begin(), wanted.end(), 0u);
+  LB_ASSIGN_OR_RETURN(const gltf::Values values, gltf::read_elements(document, accessor, wanted));
+  for (std::size_t i = 0; i < binds.size(); ++i) {
+    std::array<double, 16> m;
+    for (std::size_t k = 0; k < 16; ++k) m[k] = static_cast<double>(values.data[16 * i + k]);
+    binds[i] = Affine::from_column_major(m);
+  }
+  return binds;
+}
+
+Result<std::vector<CarriedBox>> carried_by_joints(const gltf::Document& document, const Json& skin,
+                                                  const Json& attributes,
+                                                  const std::vector<Aabbd>& vertices) {
+  LB_ASSIGN_OR_RETURN(const std::vector<Affine> binds, inverse_binds(document, skin));
+  std::vector<CarriedBox> joints(binds.size());
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    joints[j].node = skin["joints"][j].get<std::uint32_t>();
+  }
   for (int set = 0;; ++set) {
     const std::string number = std::to_string(set);
     const std::uint32_t joint_accessor =
@@ -50,7 +76,7 @@ Result<Aabbd> skinned_box(const gltf::Document& document, const NodeTree& tree, 
     if (joint_accessor == kAbsent || weight_accessor == kAbsent) break;
     LB_ASSIGN_OR_RETURN(const gltf::Values indices, gltf::read_values(document, joint_accessor));
     LB_ASSIGN_OR_RETURN(const gltf::Values weights, gltf::read_values(document, weight_accessor));
-    for (std::size_t i = 0; i < positions.count(); ++i) {
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
       for (std::size_t k = 4 * i; k < 4 * i + 4; ++k) {
         if (!(weights.data[k] > 0)) continue;
         const auto joint = static_cast<std::int64_t>(indices.data[k]);
@@ -58,44 +84,40 @@ Result<Aabbd> skinned_box(const gltf::Document& document, const NodeTree& tree, 
           return malformed(document.name + "#/accessors/" + std::to_string(joint_accessor),
                            "joint " + std::to_string(joint) + " is not one of the skin's");
         }
-        box.add(joints[static_cast<std::size_t>(joint)].point(vector_at(positions, i)));
+        const auto j = static_cast<std::size_t>(joint);
+        joints[j].box.add(moved(vertices[i], binds[j]));
       }
     }
   }
-  return box;
+  std::erase_if(joints, [](const CarriedBox& joint) { return joint.box.is_empty(); });
+  return joints;
 }
 
 }  // namespace
 
-Result<Aabbd> moving_box(const gltf::Document& document, const NodeTree& tree, std::uint32_t node,
-                         const Json& primitive, const std::vector<Affine>& instances) {
+Result<std::vector<CarriedBox>> carried_boxes(const gltf::Document& document, std::uint32_t node,
+                                              const Json& primitive,
+                                              const std::vector<Affine>& instances) {
   const Json& attributes = primitive["attributes"];
   const std::uint32_t accessor = gltf::index_field(attributes, "POSITION");
-  if (accessor == kAbsent) return Aabbd{};
-  LB_ASSIGN_OR_RETURN(const gltf::Values positions, gltf::read_values(document, accessor));
+  if (accessor == kAbsent) return std::vector<CarriedBox>{};
+  LB_ASSIGN_OR_RETURN(const std::vector<Aabbd> vertices,
+                      vertex_boxes(document, primitive, accessor));
   const std::uint32_t skin = gltf::index_field(document.json["nodes"][node], "skin");
   if (skin != kAbsent) {
-    return skinned_box(document, tree, document.json["skins"][skin], attributes, positions);
+    return carried_by_joints(document, document.json["skins"][skin], attributes, vertices);
   }
   Aabbd local;
-  for (std::size_t i = 0; i < positions.count(); ++i) local.add(vector_at(positions, i));
-  for (const Json& target : gltf::list_field(primitive, "targets")) {
-    const std::uint32_t offsets = gltf::index_field(target, "POSITION");
-    if (offsets == kAbsent) continue;
-    LB_ASSIGN_OR_RETURN(const gltf::Values moved, gltf::read_values(document, offsets));
-    for (std::size_t i = 0; i < positions.count(); ++i) {
-      local.add(vector_at(positions, i) + vector_at(moved, i));
-    }
-  }
+  for (const Aabbd& vertex : vertices) local.add(vertex);
+  std::vector<CarriedBox> carried;
+  if (local.is_empty()) return carried;
+  for (const Affine& instance : instances) carried.push_back({node, instance, local});
+  return carried;
+}
+
+Aabbd world_box(const std::vector<CarriedBox>& carried, const std::vector<Affine>& world) {
   Aabbd box;
-  for (const Affine& instance : instances) {
-    const Affine world = tree.world[node] * instance;
-    for (int corner = 0; corner < 8; ++corner) {
-      box.add(world.point({(corner & 1) != 0 ? local.upper.x : local.lower.x,
-                           (corner & 2) != 0 ? local.upper.y : local.lower.y,
-                           (corner & 4) != 0 ? local.upper.z : local.lower.z}));
-    }
-  }
+  for (const CarriedBox& c : carried) box.add(moved(c.box, world[c.node] * c.to_node));
   return box;
 }
 

@@ -19,21 +19,7 @@ Affine local_transform(const Json& node) {
   if (const auto matrix = node.find("matrix"); matrix != node.end()) {
     return Affine::from_column_major(matrix->get<std::array<double, 16>>());
   }
-  Vec3d translation{0, 0, 0};
-  Vec3d scale{1, 1, 1};
-  std::array<double, 4> rotation = {0, 0, 0, 1};
-  if (const auto found = node.find("translation"); found != node.end()) {
-    const auto t = found->get<std::array<double, 3>>();
-    translation = {t[0], t[1], t[2]};
-  }
-  if (const auto found = node.find("rotation"); found != node.end()) {
-    rotation = found->get<std::array<double, 4>>();
-  }
-  if (const auto found = node.find("scale"); found != node.end()) {
-    const auto s = found->get<std::array<double, 3>>();
-    scale = {s[0], s[1], s[2]};
-  }
-  return Affine::from_trs(translation, rotation, scale);
+  return trs_of(node).matrix();
 }
 
 bool is_finite_transform(const Affine& m) {
@@ -46,36 +32,34 @@ bool has_no_area(const Affine& m) {
          length(cross(m.z, m.x)) == 0;
 }
 
-/// KHR_animation_pointer: "/nodes/3/translation" and the like; kAbsent for anything else.
-std::uint32_t node_of_pointer(std::string_view pointer) {
+std::optional<Moves> moves_of(std::string_view path) {
+  if (path == "translation") return Moves::kTranslation;
+  if (path == "rotation") return Moves::kRotation;
+  if (path == "scale") return Moves::kScale;
+  if (path.starts_with("weights") || path == "matrix") return Moves::kOther;
+  return std::nullopt;
+}
+
+/// KHR_animation_pointer: "/nodes/3/translation" and the like.
+std::optional<ChannelTarget> target_of_pointer(std::string_view pointer) {
   constexpr std::string_view kNodes = "/nodes/";
-  if (!pointer.starts_with(kNodes)) return kAbsent;
+  if (!pointer.starts_with(kNodes)) return std::nullopt;
   pointer.remove_prefix(kNodes.size());
   std::uint32_t node = kAbsent;
   const auto parsed = std::from_chars(pointer.data(), pointer.data() + pointer.size(), node);
-  if (parsed.ec != std::errc()) return kAbsent;
+  if (parsed.ec != std::errc()) return std::nullopt;
   pointer.remove_prefix(static_cast<std::size_t>(parsed.ptr - pointer.data()));
-  const bool moves = pointer == "/translation" || pointer == "/rotation" || pointer == "/scale" ||
-                     pointer.starts_with("/weights") || pointer == "/matrix";
-  return moves ? node : kAbsent;
+  if (!pointer.starts_with('/')) return std::nullopt;
+  const auto moves = moves_of(pointer.substr(1));
+  if (!moves) return std::nullopt;
+  return ChannelTarget{node, *moves};
 }
 
 std::vector<bool> find_animated(const Json& json) {
   std::vector<bool> animated(gltf::list_field(json, "nodes").size(), false);
   for (const Json& animation : gltf::list_field(json, "animations")) {
     for (const Json& channel : animation["channels"]) {
-      const Json& target = channel["target"];
-      const std::string& path = target["path"].get_ref<const std::string&>();
-      std::uint32_t node = kAbsent;
-      if (path == "translation" || path == "rotation" || path == "scale" || path == "weights") {
-        node = gltf::index_field(target, "node");
-      } else if (const Json* pointer = gltf::extension_of(target, "KHR_animation_pointer")) {
-        const auto text = pointer->find("pointer");
-        if (text != pointer->end() && text->is_string()) {
-          node = node_of_pointer(text->get_ref<const std::string&>());
-        }
-      }
-      if (node < animated.size()) animated[node] = true;
+      if (const auto target = target_of(channel, animated.size())) animated[target->node] = true;
     }
   }
   return animated;
@@ -84,7 +68,8 @@ std::vector<bool> find_animated(const Json& json) {
 /// World transforms of all nodes, and for each whether an animation moves it.
 Status transform_all(const gltf::Document& document, NodeTree& tree, std::vector<bool>& animated) {
   const Json& nodes = gltf::list_field(document.json, "nodes");
-  std::vector<std::uint32_t> parents(nodes.size(), kAbsent);
+  std::vector<std::uint32_t>& parents = tree.parents;
+  parents.assign(nodes.size(), kAbsent);
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
     for (const Json& child : gltf::list_field(nodes[i], "children")) {
       parents[child.get<std::size_t>()] = i;
@@ -94,12 +79,15 @@ Status transform_all(const gltf::Document& document, NodeTree& tree, std::vector
   for (std::uint32_t i = 0; i < nodes.size(); ++i) {
     if (parents[i] == kAbsent) pending.push_back(i);
   }
+  tree.local.resize(nodes.size());
   tree.world.resize(nodes.size());
   while (!pending.empty()) {
     const std::uint32_t node = pending.back();
     pending.pop_back();
+    tree.order.push_back(node);
+    tree.local[node] = local_transform(nodes[node]);
     Affine& world = tree.world[node];
-    world = local_transform(nodes[node]);
+    world = tree.local[node];
     if (parents[node] != kAbsent) {
       world = tree.world[parents[node]] * world;
       if (animated[parents[node]]) animated[node] = true;
@@ -116,6 +104,37 @@ Status transform_all(const gltf::Document& document, NodeTree& tree, std::vector
 }
 
 }  // namespace
+
+Trs trs_of(const Json& node) {
+  Trs trs;
+  if (const auto found = node.find("translation"); found != node.end()) {
+    const auto t = found->get<std::array<double, 3>>();
+    trs.translation = {t[0], t[1], t[2]};
+  }
+  if (const auto found = node.find("rotation"); found != node.end()) {
+    trs.rotation = found->get<std::array<double, 4>>();
+  }
+  if (const auto found = node.find("scale"); found != node.end()) {
+    const auto s = found->get<std::array<double, 3>>();
+    trs.scale = {s[0], s[1], s[2]};
+  }
+  return trs;
+}
+
+std::optional<ChannelTarget> target_of(const Json& channel, std::size_t node_count) {
+  const Json& target = channel["target"];
+  std::optional<ChannelTarget> found;
+  if (const auto moves = moves_of(target["path"].get_ref<const std::string&>())) {
+    found = ChannelTarget{gltf::index_field(target, "node"), *moves};
+  } else if (const Json* pointer = gltf::extension_of(target, "KHR_animation_pointer")) {
+    const auto text = pointer->find("pointer");
+    if (text != pointer->end() && text->is_string()) {
+      found = target_of_pointer(text->get_ref<const std::string&>());
+    }
+  }
+  if (found && found->node >= node_count) return std::nullopt;
+  return found;
+}
 
 Result<NodeTree> read_nodes(const gltf::Document& document) {
   NodeTree tree;

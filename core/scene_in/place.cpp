@@ -53,17 +53,12 @@ Result<Vec3d> choose_origin(const std::vector<Placement>& placements,
   for (const Placement& placement : placements) {
     const Aabb& local = primitives[placement.primitive].box;
     if (local.is_empty()) continue;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3f at{(corner & 1) != 0 ? local.upper.x : local.lower.x,
-                     (corner & 2) != 0 ? local.upper.y : local.lower.y,
-                     (corner & 4) != 0 ? local.upper.z : local.lower.z};
-      box.add(placement.object.to_world.point(to_double(at)));
+    for (unsigned k = 0; k < 8; ++k) {
+      box.add(placement.object.to_world.point(to_double(local.corner(k))));
     }
   }
   if (box.is_empty()) return Vec3d{};
   const double size = box.diagonal();
-  // Areas and squared distances of the scene must stay finite floats.
-  constexpr double kLargestScene = 1e15;
   if (!std::isfinite(size) || size > kLargestScene || !is_finite(box.centre())) {
     return malformed(file, "the scene is larger than 1e15 metres or not finite");
   }

@@ -7,6 +7,9 @@
 
 namespace lightbatch::scene_in {
 
+/// Metres. Areas and squared distances of the scene must stay finite floats.
+constexpr double kLargestScene = 1e15;
+
 /// One object to be: which primitive, where.
 struct Placement {
   scene::Object object;  // everything but its triangles

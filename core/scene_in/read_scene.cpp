@@ -7,6 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/gltf/fields.h"
+#include "core/scene_in/animation.h"
 #include "core/scene_in/lights.h"
 #include "core/scene_in/materials.h"
 #include "core/scene_in/model.h"
@@ -35,6 +36,7 @@ class SceneReader {
     scene_.counts.zero_scale_nodes = tree_.zero_scale;
     LB_ASSIGN_OR_RETURN(const tinygltf::Model model, read_model(document_));
     LB_RETURN_IF_ERROR(collect());
+    LB_RETURN_IF_ERROR(sweep_moving());
     read_materials(model);
     LB_RETURN_IF_ERROR(read_primitives());
     LB_ASSIGN_OR_RETURN(scene_.origin, choose_origin(placements_, primitives_, document_.name));
@@ -76,9 +78,7 @@ class SceneReader {
           reason = moving(placed, primitives[p]);
           if (!reason.empty()) {
             LB_RETURN_IF_ERROR(spend_moving(primitives[p], placed.node));
-            LB_ASSIGN_OR_RETURN(const Aabbd box, moving_box(document_, tree_, placed.node,
-                                                            primitives[p], instances));
-            if (!box.is_empty()) scene_.moving_boxes.push_back(box);
+            LB_RETURN_IF_ERROR(add_moving(placed.node, mesh, primitives[p], instances));
           }
         }
         if (!reason.empty()) {
@@ -91,6 +91,45 @@ class SceneReader {
           place(placed.node, mesh, p, instanced ? static_cast<std::uint32_t>(i) : kAbsent,
                 tree_.world[placed.node] * instances[i]);
         }
+      }
+    }
+    return {};
+  }
+
+  Status add_moving(std::uint32_t node, std::uint32_t mesh, const Json& primitive,
+                    const std::vector<Affine>& instances) {
+    LB_ASSIGN_OR_RETURN(std::vector<CarriedBox> carried,
+                        carried_boxes(document_, node, primitive, instances));
+    scene::MovingMesh moving;
+    moving.name = name_of(node, json_["meshes"][mesh]);
+    moving.node = node;
+    moving.rest = moving.swept = world_box(carried, tree_.world);
+    if (moving.rest.is_empty()) return {};
+    scene_.moving.push_back(std::move(moving));
+    carried_.push_back(std::move(carried));
+    return {};
+  }
+
+  /// Follows the animations.
+  Status sweep_moving() {
+    if (scene_.moving.empty()) return {};
+    std::size_t boxes = 0;
+    for (const auto& carried : carried_) boxes += carried.size();
+    LB_RETURN_IF_ERROR(for_each_pose(
+        document_, tree_, boxes,
+        [&](const std::vector<Affine>& world) {
+          parallel_for(scene_.moving.size(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+              scene_.moving[i].swept.add(world_box(carried_[i], world));
+            }
+          });
+        },
+        scene_.warnings));
+    for (const scene::MovingMesh& moving : scene_.moving) {
+      const double farthest = std::max(length(moving.swept.lower), length(moving.swept.upper));
+      if (!(farthest <= kLargestScene)) {
+        return malformed(document_.name + "#/nodes/" + std::to_string(moving.node),
+                         "the node moves farther than 1e15 metres or to no finite place");
       }
     }
     return {};
@@ -224,6 +263,7 @@ class SceneReader {
   scene::Scene scene_;
   NodeTree tree_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> keys_;  // (mesh, primitive)
+  std::vector<std::vector<CarriedBox>> carried_;                         // of scene_.moving
   std::vector<Placement> placements_;
   std::vector<Primitive> primitives_;
   std::uint64_t objects_ = 0;

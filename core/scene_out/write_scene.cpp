@@ -110,6 +110,7 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
     if (plan != nullptr) LB_RETURN_IF_ERROR(add_batches(w, *plan, scene_index));
     if ((images != nullptr || w.portable()) && options.remove_lights)
       if (Json lights = remove_lights(w); !lights.is_null()) about["lights"] = std::move(lights);
+    if (options.extras.is_object()) about.update(options.extras);
     add_extras(w.root, scene_index, std::move(about));
   }
   if (!any_instancing(w.root)) undeclare_extension(w.root, "EXT_mesh_gpu_instancing");

@@ -35,6 +35,7 @@ struct WriteOptions {
   Carrier carrier = Carrier::kLightmap;
   Compression compression = Compression::kPlain;
   bool remove_lights = true;  // lights that the scene holds (all baked) go into extras
+  gltf::Json extras;          // object: further members of the scene's extras.lightbatch; or null
   /// Portable: which triangles are lit (empty: all), their light, and the scale from luminance
   /// (nits) to colour; exposure 0: chosen so that 99 % of the lit surface stays below 1.
   std::vector<std::uint8_t> lit;

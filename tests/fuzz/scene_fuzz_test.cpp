@@ -146,7 +146,7 @@ TEST(SceneFuzz, TheSeedItselfIsGood) {
   const auto scene = scene_in::read_scene(*document);
   ASSERT_TRUE(scene.ok()) << scene.status().to_string();
   EXPECT_EQ(scene->objects.size(), 3u);
-  EXPECT_EQ(scene->moving_boxes.size(), 2u);
+  EXPECT_EQ(scene->moving.size(), 2u);
   EXPECT_EQ(scene->lights.size(), 1u);
 }
 

@@ -8,7 +8,7 @@ class MadeScene:
     """Meshes of plain triangles, three vertices each; a node for every mesh, all under one root."""
 
     def __init__(self):
-        self.materials, self.meshes, self.lights, self.nodes = [], [], [], []
+        self.materials, self.meshes, self.lights, self.nodes, self.ways = [], [], [], [], []
         self.root = {"name": "root"}
 
     def material(self, reflectance=0.0, nits=0.0, double_sided=False):
@@ -27,6 +27,10 @@ class MadeScene:
         self.lights.append({"type": kind, "intensity": intensity})
         self.nodes.append({"extensions": {"KHR_lights_punctual": {"light": len(self.lights) - 1}}, **node})
 
+    def animate(self, node, times, translations):
+        """node: place in self.nodes."""
+        self.ways.append((node + 1, times, translations))
+
     def write(self, path):
         data, views, accessors, meshes = bytearray(), [], [], []
         for triangles, material in self.meshes:
@@ -39,6 +43,15 @@ class MadeScene:
                               "min": [min(p[k] for p in finite) for k in range(3)],
                               "max": [max(p[k] for p in finite) for k in range(3)]})
             meshes.append({"primitives": [{"attributes": {"POSITION": len(accessors) - 1}, "material": material}]})
+        samplers, channels = [], []
+        for node, times, translations in self.ways:
+            for values, kind in ((times, "SCALAR"), ([v for t in translations for v in t], "VEC3")):
+                views.append({"buffer": 0, "byteOffset": len(data), "byteLength": 4 * len(values)})
+                data += struct.pack(f"<{len(values)}f", *values)
+                accessors.append({"bufferView": len(views) - 1, "componentType": 5126, "count": len(times), "type": kind})
+            accessors[-2].update(min=[min(times)], max=[max(times)])
+            channels.append({"sampler": len(samplers), "target": {"node": node, "path": "translation"}})
+            samplers.append({"input": len(accessors) - 2, "output": len(accessors) - 1})
         root = {**self.root, "children": list(range(1, len(self.nodes) + 1))}
         document = {
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [root] + self.nodes,
@@ -47,6 +60,8 @@ class MadeScene:
                          "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
             "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_emissive_strength"],
             "extensions": {"KHR_lights_punctual": {"lights": self.lights}} if self.lights else {}}
+        if channels:
+            document["animations"] = [{"channels": channels, "samplers": samplers}]
         with open(path, "w") as file:
             json.dump(document, file)
 

@@ -134,7 +134,7 @@ TEST(Shared, ScenesHaveTheirTriangles) {
     const scene::Scene& scene = outcome.scene;
     expect_finite(scene, name);
     const std::uint64_t read = scene.triangles.size() + scene.counts.zero_area_triangles;
-    const bool moves = !scene.moving_boxes.empty();
+    const bool moves = !scene.moving.empty();
     if (moves) {
       EXPECT_LT(read, triangles) << name;
     } else {

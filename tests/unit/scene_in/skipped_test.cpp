@@ -30,7 +30,7 @@ TEST(Skipped, LinesPointsAndMeshesWithoutPositions) {
   EXPECT_EQ(reasons,
             (std::vector<std::string>{"POINTS", "LINES", "LINES", "LINES", "no positions"}));
   EXPECT_EQ(scene.skipped[4].primitive, 5u);
-  EXPECT_TRUE(scene.moving_boxes.empty());
+  EXPECT_TRUE(scene.moving.empty());
 }
 
 TEST(Skipped, AnimatedNodesAndAllBelow) {
@@ -46,9 +46,9 @@ TEST(Skipped, AnimatedNodesAndAllBelow) {
   ASSERT_EQ(scene.skipped.size(), 1u);
   EXPECT_EQ(scene.skipped[0].node, 1u);
   EXPECT_EQ(scene.skipped[0].reason, "animated");
-  ASSERT_EQ(scene.moving_boxes.size(), 1u);
-  EXPECT_EQ(scene.moving_boxes[0].lower, (Vec3d{10, 0, 0}));
-  EXPECT_EQ(scene.moving_boxes[0].upper, (Vec3d{11, 1, 0}));
+  ASSERT_EQ(scene.moving.size(), 1u);
+  EXPECT_EQ(scene.moving[0].rest.lower, (Vec3d{10, 0, 0}));
+  EXPECT_EQ(scene.moving[0].rest.upper, (Vec3d{11, 1, 0}));
 }
 
 TEST(Skipped, AnimationPointersMoveNodesToo) {
@@ -75,9 +75,9 @@ TEST(Skipped, MorphTargetsWidenTheBox) {
   EXPECT_TRUE(scene.objects.empty());
   ASSERT_EQ(scene.skipped.size(), 1u);
   EXPECT_EQ(scene.skipped[0].reason, "morph targets");
-  ASSERT_EQ(scene.moving_boxes.size(), 1u);
-  EXPECT_EQ(scene.moving_boxes[0].lower, (Vec3d{-2, 0, 0}));
-  EXPECT_EQ(scene.moving_boxes[0].upper, (Vec3d{1, 1, 4}));
+  ASSERT_EQ(scene.moving.size(), 1u);
+  EXPECT_EQ(scene.moving[0].rest.lower, (Vec3d{-2, 0, 0}));
+  EXPECT_EQ(scene.moving[0].rest.upper, (Vec3d{1, 1, 4}));
 }
 
 TEST(Skipped, SkinnedMeshesStandWhereTheirJointsStand) {
@@ -96,9 +96,9 @@ TEST(Skipped, SkinnedMeshesStandWhereTheirJointsStand) {
   const scene::Scene scene = read(builder);
   ASSERT_EQ(scene.skipped.size(), 1u);
   EXPECT_EQ(scene.skipped[0].reason, "skinned");
-  ASSERT_EQ(scene.moving_boxes.size(), 1u);
-  EXPECT_EQ(scene.moving_boxes[0].lower, (Vec3d{0, 0, 5}));
-  EXPECT_EQ(scene.moving_boxes[0].upper, (Vec3d{1, 1, 6}));
+  ASSERT_EQ(scene.moving.size(), 1u);
+  EXPECT_EQ(scene.moving[0].rest.lower, (Vec3d{0, 0, 5}));
+  EXPECT_EQ(scene.moving[0].rest.upper, (Vec3d{1, 1, 6}));
 
   builder.json["skins"][0]["joints"] = {1};
   const auto document = builder.read();
