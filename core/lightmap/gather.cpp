@@ -211,7 +211,8 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
     const Vec3f direction =
         Frame::about(from.frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
     const Numbers numbers{item_seed(seed, k), sequence.pair(k, 5)};
-    const Along arrives = along({from.frame.origin, direction}, from.triangle, numbers, split, counts);
+    const Along arrives =
+        along({from.frame.origin, direction}, from.triangle, numbers, split, counts);
     sum += arrives.radiosity;
     inverse_distance += arrives.inverse_distance;
   }

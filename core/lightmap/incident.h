@@ -15,8 +15,8 @@ class IncidentLight {
   /// Both outlive it.
   IncidentLight(const BakeInput& input, const Gather& gather) : input_(input), gather_(gather) {}
 
-  /// Punctual lights, unless viewers add them: deliver(radiosity::Incident) for each that reaches the
-  /// point.
+  /// Punctual lights, unless viewers add them: deliver(radiosity::Incident) for each that reaches
+  /// the point.
   template <typename Deliver>
   void punctual(const radiosity::Receiver& at, BakeCounts& counts, Deliver deliver) const {
     if (!input_.punctual_direct) return;
@@ -49,8 +49,9 @@ class IncidentLight {
     ray.direction = at.is_in_space()
                         ? uniform_sphere(square)
                         : Frame::about(at.frame.normal).to_world(uniform_hemisphere(square));
-    const Gather::Along along = gather_.along({at.frame.origin, ray.direction}, at.triangle,
-                                              {item_seed(seed, k), sequence.pair(k, 5)}, {}, counts);
+    const Gather::Along along =
+        gather_.along({at.frame.origin, ray.direction}, at.triangle,
+                      {item_seed(seed, k), sequence.pair(k, 5)}, {}, counts);
     ray.luminance = along.radiosity / kPiDouble;
     ray.meets_back = along.meets_back;
     return ray;

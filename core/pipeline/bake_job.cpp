@@ -11,6 +11,7 @@
 #include "core/lightmap/pages.h"
 #include "core/pipeline/artifacts.h"
 #include "core/pipeline/certify_stage.h"
+#include "core/pipeline/directional_stage.h"
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/light_groups_json.h"
 #include "core/pipeline/light_stage.h"
@@ -133,6 +134,10 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   if (!made.light.probes.grid.positions.empty()) {
     write.extras["probes"] = {{"file", "probes.json"}};
     LB_RETURN_IF_ERROR(artifacts.add("probes.json", scene_out::probes_file(made.light.probes)));
+  }
+  if (!made.light.directional.direction.empty()) {
+    LB_ASSIGN_OR_RETURN(write.extras["directional"],
+                        write_directional(p, made.places, made.light.directional, artifacts));
   }
   const batches::BatchPlan* plan = options.batches ? &made.plan : nullptr;
   const atlas::Layout* layout = options.lightmaps ? &made.places.layout : nullptr;
@@ -260,7 +265,7 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     for (const GroupEntry& entry : made.groups) report["light_groups"].push_back(to_json(entry));
     if (p.effects.on(plan::Effect::kProbes)) report["probes"] = report_probes(made.light.probes);
     set_costs(p.effects, *p.scene, made.light);
-    report_counters(report, p.effects, made.light);
+    report_counters(report, p, made.light);
     LB_ASSIGN_OR_RETURN(const accuracy::Certificate certificate,
                         certify(options, p, made.places, made.light, clock, progress));
     report["accuracy"] = report_accuracy(certificate, p.target_error);

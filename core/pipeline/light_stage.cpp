@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/pipeline/directional_stage.h"
 #include "core/pipeline/first_stage.h"
 #include "core/pipeline/probe_stage.h"
 
@@ -147,6 +148,10 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   input.selected = wish.selected;
   LB_ASSIGN_OR_RETURN(bake.baked, lightmap::bake_texels(input, settings.gather, progress));
   clock.stop();
+  if (whole && p.effects.on(plan::Effect::kDirectionalLightmaps)) {
+    LB_ASSIGN_OR_RETURN(bake.directional,
+                        bake_directional_lightmaps(p, input, settings.gather, clock, progress));
+  }
   if (whole && p.effects.on(plan::Effect::kProbes)) {
     LB_ASSIGN_OR_RETURN(bake.probes, bake_light_probes(p, input, settings.gather, clock, progress));
   }

@@ -8,6 +8,7 @@
 #include "core/atlas/layout.h"
 #include "core/atlas/texels.h"
 #include "core/lightmap/bake.h"
+#include "core/lightmap/directional.h"
 #include "core/lightmap/pages.h"
 #include "core/pipeline/prepare.h"
 #include "core/probes/bake.h"
@@ -40,7 +41,8 @@ struct LightBake {
   /// empty: not kept apart.
   std::vector<radiosity::LightGroup> groups;
   std::shared_ptr<const FirstStage> first;  // where it was asked for
-  probes::LightProbes probes;  // empty: nothing moves, or a part of the texels only
+  lightmap::DirectionalMap directional;  // empty: no normal maps, or a part of the texels only
+  probes::LightProbes probes;            // empty: nothing moves, or a part of the texels only
 };
 
 /// What settings are chosen from.
@@ -53,7 +55,8 @@ struct LightWish {
   std::shared_ptr<const FirstStage> first;              // in place of one by the settings
 };
 
-/// Stages "radiosity", "gather" and, when they are on, "probes". All texels: by light group too, where there are several.
+/// Stages "radiosity", "gather" and, when they are on, "directional" and "probes". All texels: by
+/// light group too, where there are several.
 Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
                              const LightmapPlaces& places, const accuracy::BakeSettings& settings,
                              StageClock& clock, const Progress& progress,

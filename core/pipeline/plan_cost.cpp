@@ -16,6 +16,7 @@ void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const Light
                double baked_share) {
   const auto rays_of = [&](std::uint64_t radiosity::RayCounts::*count) {
     return static_cast<double>(bake.radiosity.rays.*count) +
+           static_cast<double>(bake.directional.counts.rays.*count) +
            static_cast<double>(bake.probes.counts.rays.*count) +
            static_cast<double>(bake.baked.counts.rays.*count) / std::max(1e-9, baked_share);
   };
@@ -49,6 +50,7 @@ void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const Light
   set(Effect::kAlphaCutout, rays_of(&RayCounts::alpha_lookups));
   set(Effect::kAlphaBlend, crossings);
   set(Effect::kTransmission, crossings);
+  set(Effect::kDirectionalLightmaps, static_cast<double>(bake.directional.counts.rays.cast()));
   set(Effect::kProbes, static_cast<double>(bake.probes.counts.rays.cast()));
 }
 

@@ -79,6 +79,11 @@ Result<Prepared> prepare(const JobOptions& options, const JobInput& input, Stage
   progress.report("plan", 0);
   LB_ASSIGN_OR_RETURN(p.effects, plan::make_plan(*p.scene, *p.optics, *p.caster, p.sky,
                                                  p.target_error, options.effects));
+  plan::Decision& directional = p.effects[plan::Effect::kDirectionalLightmaps];
+  if (directional.on && options.kind == JobKind::kBake && options.carrier == Carrier::kPortable) {
+    directional.on = false;
+    directional.reason += "; the portable carrier has no lightmap";
+  }
   if (!options.effects.empty()) {
     p.optics = std::make_unique<optics::Optics>(*p.scene, optics_options(p.effects));
     p.caster = make_caster(p);

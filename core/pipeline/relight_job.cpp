@@ -134,11 +134,21 @@ Result<lightmap::PageImage> relit_page(const JobInput& input, const Bake& bake,
 }
 
 /// The bake's report without what was measured on its light and its time.
-Json relit_report(const Bake& bake) {
+Json relit_report(const Bake& bake, const gltf::FileMap& files) {
   Json report = bake.report;
   report["kind"] = "relight";
   for (const char* key : {"accuracy", "borders", "expected", "quote", "stages", "total"}) {
     report.erase(key);
+  }
+  report.erase("probes");
+  const bool left_out = std::any_of(files.begin(), files.end(), [](const auto& file) {
+    return file.first.ends_with("probes.json") || file.first.ends_with("_dir.exr");
+  });
+  if (left_out) {
+    Json& warnings = report["warnings"];
+    if (!warnings.is_array()) warnings = Json::array();
+    warnings.push_back(
+        "probes and directional pages are not made anew by a relight: bake again for them");
   }
   Json now = Json::array();
   for (const GroupEntry& entry : bake.now) now.push_back(to_json(entry));
@@ -196,7 +206,7 @@ Result<JobOutcome> run_relight(const JobOptions& options, const JobInput& input,
                                                               relit_lights, relit_materials));
   LB_RETURN_IF_ERROR(artifacts.add("scene.glb", glb));
   clock.stop();
-  Json report = relit_report(bake);
+  Json report = relit_report(bake, input.files);
   report_stages(report, clock);
   LB_RETURN_IF_ERROR(artifacts.add("report.json", report.dump(1) + "\n"));
   LB_RETURN_IF_ERROR(artifacts.add("report.html", report::html(report, pictures)));

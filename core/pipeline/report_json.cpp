@@ -261,12 +261,14 @@ Json report_expected(const Tuned& tuned) {
           {"indirect", part(tuned.pilot.indirect, tuned.rungs.indirect)}};
 }
 
-void report_counters(Json& report, const plan::EffectPlan& effects, const LightBake& bake) {
+void report_counters(Json& report, const Prepared& p, const LightBake& bake) {
+  const plan::EffectPlan& effects = p.effects;
   for (std::size_t i = 0; i < plan::kEffectCount; ++i) {
     report["plan"]["effects"][i]["cost_share"] = effects.decisions[i].cost_share;
   }
   radiosity::RayCounts rays = bake.radiosity.rays;
   rays += bake.baked.counts.rays;
+  rays += bake.directional.counts.rays;
   rays += bake.probes.counts.rays;
   const auto set = [&](std::string_view effect, Json counters) {
     for (Json& e : report["plan"]["effects"]) {
@@ -282,11 +284,25 @@ void report_counters(Json& report, const plan::EffectPlan& effects, const LightB
   set("emitters",
       {{"emitter shadow rays", rays.emitter_shadow}, {"polygon factors", rays.polygon_factors}});
   set("shadows", {{"shadow rays", rays.punctual_shadow + rays.emitter_shadow}});
-  set("sky", {{"rays to the sky", rays.sky_escapes}});
-  set("interreflection", {{"hemisphere rays", rays.hemisphere}, {"links", bake.radiosity.links}});
+  set("sky", {{"hemisphere rays", counted(Effect::kSky, rays.hemisphere)},
+              {"rays to the sky", counted(Effect::kSky, rays.sky_escapes)}});
+  set("interreflection", {{"hemisphere rays", counted(Effect::kInterreflection, rays.hemisphere)},
+                          {"links", bake.radiosity.links}});
   set("alpha_cutout", {{"alpha look-ups", counted(Effect::kAlphaCutout, rays.alpha_lookups)}});
   set("alpha_blend", {{"alpha look-ups", counted(Effect::kAlphaBlend, rays.alpha_lookups)},
                       {"sheet crossings", counted(Effect::kAlphaBlend, rays.sheet_crossings)}});
+  std::uint64_t reflecting = 0, emitting = 0, two_sided = 0;
+  for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
+    reflecting += p.optics->textured_reflectance(i) ? 1u : 0u;
+    emitting += p.optics->textured_emission(i) ? 1u : 0u;
+    two_sided += p.optics->double_sided(i) ? 1u : 0u;
+  }
+  // Textures are looked up on these triangles alone.
+  set("textured_reflectance", {{"textured triangles", reflecting}});
+  set("textured_emission", {{"textured triangles", emitting}});
+  set("two_sided", {{"two-sided triangles", two_sided}});
+  set("directional_lightmaps", {{"directional texels", bake.directional.texels},
+                                {"directional rays", bake.directional.counts.rays.cast()}});
   set("probes", {{"probes", bake.probes.grid.positions.size()},
                  {"probe rays", bake.probes.counts.rays.cast()}});
   set("transmission", {{"sheet crossings", counted(Effect::kTransmission, rays.sheet_crossings)}});

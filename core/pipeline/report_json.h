@@ -32,7 +32,7 @@ Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
 Json report_expected(const Tuned& tuned);
 Json report_quote(const std::vector<Price>& prices);
 /// Counters of what was cast and looked up, and shares of the cost, into the plan's effects.
-void report_counters(Json& report, const plan::EffectPlan& effects, const LightBake& bake);
+void report_counters(Json& report, const Prepared& p, const LightBake& bake);
 /// stages and total.
 void report_stages(Json& report, const StageClock& clock);
 

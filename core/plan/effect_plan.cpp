@@ -303,14 +303,19 @@ Result<EffectPlan> make_plan(const Scene& scene, const optics::Optics& optics,
          materials_where(
              scene, [&](std::uint32_t i) { return scene.material_of(i).diffuse_transmission > 0; }),
          "materials transmit diffusely", "no material transmits diffusely");
-  decide(
-      plan[Effect::kDirectionalLightmaps], scene,
-      materials_where(scene, [&](std::uint32_t i) { return scene.material_of(i).has_normal_map; }),
-      "materials have normal maps", "no material has a normal map");
+  decide(plan[Effect::kDirectionalLightmaps], scene,
+         materials_where(scene,
+                         [&](std::uint32_t i) {
+                           const Material& m = scene.material_of(i);
+                           return any_light && m.has_normal_map && !m.unlit;
+                         }),
+         "lit materials have normal maps",
+         any_light ? "no lit material has a normal map" : "there is no light");
   decide_probes(plan[Effect::kProbes], scene, any_light);
-  for (const Effect e : {Effect::kDiffuseTransmission, Effect::kDirectionalLightmaps}) {
-    plan[e].simulated = false;
-    if (plan[e].called_for) plan[e].reason += "; this version does not simulate it";
+  Decision& diffuse_transmission = plan[Effect::kDiffuseTransmission];
+  diffuse_transmission.simulated = false;
+  if (diffuse_transmission.called_for) {
+    diffuse_transmission.reason += "; this version does not simulate it";
   }
   for (Decision& d : plan.decisions) d.on = d.called_for && d.simulated;
   LB_RETURN_IF_ERROR(apply_overrides(plan, overrides));

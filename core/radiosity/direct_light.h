@@ -56,8 +56,8 @@ struct Receiver {
 
 /// Light that comes to a point from one direction.
 struct Incident {
-  Vec3f direction;  // unit, to where it comes from
-  Rgb light;        // luminance times solid angle: lux on a surface that faces it; 0: none
+  Vec3f direction;          // unit, to where it comes from
+  Rgb light;                // luminance times solid angle: lux on a surface that faces it; 0: none
   std::uint32_t group = 0;  // of lights
 };
 

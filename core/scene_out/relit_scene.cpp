@@ -169,6 +169,21 @@ void set_lights(Json& root, std::span<const RelitLight> lights) {
   }
 }
 
+/// Files of light that are no sums over light groups hold the old light: the scene names them no
+/// more.
+void forget_files(Json& root) {
+  const auto forget = [](Json& holder) {
+    Json* extras = member(holder, "extras");
+    Json* about = extras == nullptr ? nullptr : member(*extras, "lightbatch");
+    if (about == nullptr || !about->is_object()) return;
+    for (const char* key : {"probes", "directional"}) about->erase(key);
+  };
+  forget(root);
+  if (Json* scenes = member(root, "scenes"); scenes != nullptr && scenes->is_array()) {
+    for (Json& scene : *scenes) forget(scene);
+  }
+}
+
 /// What a material emits, as far as factors tell.
 Json emission_of(const Json& material) {
   const Json* factor = member(material, "emissiveFactor");
@@ -213,6 +228,7 @@ Result<Bytes> relit_scene(std::span<const std::byte> glb, const std::string& pla
   move_ranges(root, slots);
   set_intensities(root, pages);
   set_lights(root, lights);
+  forget_files(root);
   for (const RelitMaterial& material : materials) set_emission(root, material);
   return gltf::write_glb(std::move(root), filled);
 }

@@ -32,8 +32,9 @@ struct RelitMaterial {
 };
 
 /// A scene.glb that write_scene() made, with other pictures in its lightmap pages and other values
-/// in its lights and emitting materials; all else byte for byte. Deterministic bytes.
-/// INPUT_MALFORMED where the file is not such a scene.
+/// in its lights and emitting materials; all else byte for byte, but for the names of probes.json
+/// and of directional pages, whose light is the old one. Deterministic bytes. INPUT_MALFORMED where
+/// the file is not such a scene.
 Result<Bytes> relit_scene(std::span<const std::byte> glb, const std::string& place,
                           std::span<const RelitPage> pages, std::span<const RelitLight> lights,
                           std::span<const RelitMaterial> materials);

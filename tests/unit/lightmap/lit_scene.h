@@ -19,6 +19,17 @@ class LitScene {
   double edge = 0.25;  // of elements, metres
   int rays = 256;      // stored, of an element
 
+  /// Gives every triangle texels.
+  void chart(double texels_per_metre) {
+    atlas::LayoutOptions options;
+    options.texels_per_metre = texels_per_metre;
+    const std::vector<std::uint8_t> lit(kit.scene().triangles.size(), 1);
+    for (const Vec3f& p : kit.scene().positions) kit.scene().box.add(p);
+    auto made = atlas::make_layout(kit.scene(), lit, options, Progress{});
+    layout = std::move(made).value();
+    texels = atlas::cover_texels(kit.scene(), layout);
+  }
+
   /// Call once everything is in.
   void solve() {
     kit.finish();
