@@ -138,10 +138,6 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
   return blocked ? Rgb{} : filter.transmittance();
 }
 
-Rgb DirectLight::luminance(const Emitter& e, Vec2f at) const {
-  return e.textured ? optics_->emission(e.triangle, at.x, at.y) : e.luminance;
-}
-
 EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice,
                                         RayCounts& counts, float negligible) const {
   EmitterTerms terms;
@@ -226,8 +222,7 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
     // What this point brings, over the probability of its term.
     const double weight = dot(sample.direction, to_double(at.frame.normal)) * sample.weight *
                           static_cast<double>(terms.weight / term.weight);
-    const Rgbd all =
-        to_double(luminance(e, sample.at)) * (weight * static_cast<double>(term.scale));
+    const Rgbd all = to_double(e.luminance) * (weight * static_cast<double>(term.scale));
     const Vec3f to = sample.point - at.frame.origin;
     ++counts.emitter_shadow;
     ++sum.rays;
@@ -278,10 +273,9 @@ Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pi
   if (e.triangle == at.triangle) return {};
   const EmitterSample sample = sample_emitter(e, at, random);
   if (!(sample.weight > 0)) return {};
-  Incident incident{
-      to_float(sample.direction),
-      luminance(e, sample.at) * static_cast<float>(sample.weight / (asked * walk.probability)),
-      e.group};
+  Incident incident{to_float(sample.direction),
+                    e.luminance * static_cast<float>(sample.weight / (asked * walk.probability)),
+                    e.group};
   if (!shadows_ || incident.light.is_black()) return incident;
   ++counts.emitter_shadow;
   incident.light *= through({at.frame.origin, sample.point - at.frame.origin, 0.0f, kShadowEnd},

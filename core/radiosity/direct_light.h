@@ -152,8 +152,6 @@ class DirectLight {
   Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
 
  private:
-  /// Of an emitter at a barycentric place, nits.
-  Rgb luminance(const Emitter& e, Vec2f at) const;
   Rgb through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b, RayCounts& counts) const;
 
   const optics::Optics* optics_;

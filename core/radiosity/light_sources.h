@@ -33,15 +33,14 @@ struct PunctualLight {
   bool is_directional() const { return kind == scene::LightKind::kDirectional; }
 };
 
-/// A triangle that emits.
+/// A triangle that emits, or the part of one where its texture is about even.
 struct Emitter {
   std::uint32_t triangle = 0;
   Vec3f a, b, c;    // counter-clockwise from the emitting side
-  Rgb luminance;    // mean over the triangle, nits
+  Rgb luminance;    // mean, nits
   float area = 0;   // m2
   float power = 0;  // pi * area * luminance of both sides, summed over channels: a weight
   bool double_sided = false;
-  bool textured = false;
   std::uint32_t group = 0;  // into LightSources::groups
 };
 
