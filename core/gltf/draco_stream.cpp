@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/gltf/draco_header.h"
+#include "core/gltf/draco_types.h"
 
 namespace lightbatch::gltf {
 namespace {
@@ -16,23 +17,6 @@ namespace {
 /// at up to 898 faces a byte (1023 x 1023 cells). Decoding takes 72 bytes of memory a face.
 constexpr std::uint64_t kFreeFaces = 1 << 16;
 constexpr std::uint64_t kFacesPerByte = 1024;
-
-draco::DataType data_type_of(std::uint32_t component_type) {
-  switch (component_type) {
-    case 5120:
-      return draco::DT_INT8;
-    case 5121:
-      return draco::DT_UINT8;
-    case 5122:
-      return draco::DT_INT16;
-    case 5123:
-      return draco::DT_UINT16;
-    case 5125:
-      return draco::DT_UINT32;
-    default:
-      return draco::DT_FLOAT32;
-  }
-}
 
 template <typename T>
 bool convert(const draco::PointAttribute& from, const DracoAttribute& to) {
@@ -47,7 +31,7 @@ bool convert(const draco::PointAttribute& from, const DracoAttribute& to) {
 }
 
 bool copy_attribute(const draco::PointAttribute& from, const DracoAttribute& to) {
-  if (from.data_type() == data_type_of(to.layout.component_type)) {
+  if (from.data_type() == draco_type_of(to.layout.component_type)) {
     const std::size_t bytes = to.layout.element_bytes;
     for (std::uint64_t i = 0; i < to.layout.count; ++i) {
       const auto value = from.mapped_index(draco::PointIndex(static_cast<std::uint32_t>(i)));

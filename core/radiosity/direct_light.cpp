@@ -70,7 +70,6 @@ float turned(float random, float turn) {
 /// nothing.
 struct EmitterSample {
   Vec3f point;
-  Vec2f at;         // barycentric
   Vec3d direction;  // unit, from the receiver
   double weight = 0;
 };
@@ -83,6 +82,7 @@ EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random)
   const Vec3d normal = cross(to_double(ab), to_double(ac));
   const Vec3d from = to_double(at.frame.origin);
   EmitterSample sample;
+  Vec2f place;  // barycentric
   const Vec3f away = e.a - at.frame.origin;
   const float largest = std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)});
   if (largest > kLargeTriangle * dot(away, away)) {
@@ -99,12 +99,12 @@ EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random)
     const double u = dot(cross(local, to_double(ac)), normal) * scale;
     const double v = dot(cross(to_double(ab), local), normal) * scale;
     if (!std::isfinite(u) || !std::isfinite(v)) return sample;
-    sample.at = {static_cast<float>(std::clamp(u, 0.0, 1.0)),
-                 static_cast<float>(std::clamp(v, 0.0, 1.0))};
+    place = {static_cast<float>(std::clamp(u, 0.0, 1.0)),
+             static_cast<float>(std::clamp(v, 0.0, 1.0))};
     sample.weight = seen.solid_angle();
   } else {
-    sample.at = uniform_triangle(random);
-    const Vec3d to = to_double(e.a + ab * sample.at.x + ac * sample.at.y) - from;
+    place = uniform_triangle(random);
+    const Vec3d to = to_double(e.a + ab * place.x + ac * place.y) - from;
     const double squared = dot(to, to);
     double facing = -dot(to, normal);
     if (e.double_sided) facing = std::fabs(facing);
@@ -114,7 +114,7 @@ EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random)
     sample.weight = 0.5 * facing / (squared * distance);
   }
   if (!at.is_in_space() && !(dot(sample.direction, to_double(at.frame.normal)) > 0)) return {};
-  sample.point = e.a + ab * sample.at.x + ac * sample.at.y;
+  sample.point = e.a + ab * place.x + ac * place.y;
   return sample;
 }
 
@@ -223,12 +223,8 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
     const double weight = dot(sample.direction, to_double(at.frame.normal)) * sample.weight *
                           static_cast<double>(terms.weight / term.weight);
     const Rgbd all = to_double(e.luminance) * (weight * static_cast<double>(term.scale));
-    const Vec3f to = sample.point - at.frame.origin;
-    ++counts.emitter_shadow;
     ++sum.rays;
-    const Rgb open =
-        through({at.frame.origin, to, 0.0f, kShadowEnd}, at.triangle, e.triangle, counts);
-    const Rgbd visible = all * to_double(open);
+    const Rgbd visible = all * to_double(emitter_share(at, e, sample.point, counts));
     sum.all += all;
     sum.visible += visible;
     if (by_group == nullptr) continue;
@@ -277,10 +273,15 @@ Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pi
                     e.luminance * static_cast<float>(sample.weight / (asked * walk.probability)),
                     e.group};
   if (!shadows_ || incident.light.is_black()) return incident;
-  ++counts.emitter_shadow;
-  incident.light *= through({at.frame.origin, sample.point - at.frame.origin, 0.0f, kShadowEnd},
-                            at.triangle, e.triangle, counts);
+  incident.light *= emitter_share(at, e, sample.point, counts);
   return incident;
+}
+
+Rgb DirectLight::emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,
+                               RayCounts& counts) const {
+  ++counts.emitter_shadow;
+  return through({at.frame.origin, point - at.frame.origin, 0.0f, kShadowEnd}, at.triangle,
+                 e.triangle, counts);
 }
 
 Incident DirectLight::punctual(const Receiver& at, const PunctualLight& light,

@@ -152,6 +152,9 @@ class DirectLight {
   Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
 
  private:
+  /// Share of a point of an emitter that reaches the receiver: one shadow ray.
+  Rgb emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,
+                    RayCounts& counts) const;
   Rgb through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b, RayCounts& counts) const;
 
   const optics::Optics* optics_;

@@ -17,6 +17,7 @@
 
 #include "core/base/parallel.h"
 #include "core/gltf/accessor.h"
+#include "core/gltf/draco_types.h"
 #include "core/scene_out/json_access.h"
 #include "core/scene_out/pack.h"
 #include "core/scene_out/references.h"
@@ -118,23 +119,6 @@ Grid grid_of(const AttributeType& type, const Bytes& data, float step) {
   return grid;
 }
 
-draco::DataType data_type(int component_type) {
-  switch (component_type) {
-    case 5120:
-      return draco::DT_INT8;
-    case 5121:
-      return draco::DT_UINT8;
-    case 5122:
-      return draco::DT_INT16;
-    case 5123:
-      return draco::DT_UINT16;
-    case 5125:
-      return draco::DT_UINT32;
-    default:
-      return draco::DT_FLOAT32;
-  }
-}
-
 draco::GeometryAttribute::Type semantic(const AttributeType& type) {
   // Normals that are not float stay exact: Draco would round them.
   if (type.name == "POSITION") return draco::GeometryAttribute::POSITION;
@@ -168,7 +152,8 @@ void encode(Stream& s) {
     const AttributeType& type = s.types[a];
     draco::PointAttribute attribute;
     attribute.Init(semantic(type), static_cast<std::int8_t>(type.components),
-                   data_type(type.component_type), type.normalized, points);
+                   gltf::draco_type_of(static_cast<std::uint32_t>(type.component_type)),
+                   type.normalized, points);
     attribute.buffer()->Write(0, s.data[a].data(), s.data[a].size());
     ids.push_back(mesh.AddAttribute(std::make_unique<draco::PointAttribute>(std::move(attribute))));
     s.id.push_back(mesh.attribute(ids.back())->unique_id());

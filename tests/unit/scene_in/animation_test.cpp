@@ -82,11 +82,7 @@ TEST(Animation, WhatHangsBelowMovesAlong) {
 
 TEST(Animation, SkinsFollowTheirJoints) {
   SceneBuilder builder;
-  builder.square();
-  builder.primitive()["attributes"]["JOINTS_0"] = builder.accessor(
-      std::vector<std::uint8_t>{0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
-  builder.primitive()["attributes"]["WEIGHTS_0"] = builder.accessor(
-      std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
+  skinned_square(builder);
   builder.json["skins"] = {{{"joints", {1, 0}}}};
   builder.json["nodes"] = {
       {{"name", "joint"}}, {{"name", "joint"}}, {{"mesh", 0}, {"skin", 0}}, {{"children", {0, 1}}}};

@@ -18,6 +18,15 @@ inline scene::Scene read(const SceneBuilder& builder, const gltf::ReadLimits& li
   return scene.ok() ? std::move(scene).value() : scene::Scene{};
 }
 
+/// builder.square() with its lower corners on the first joint of a skin, its upper on the second.
+inline void skinned_square(SceneBuilder& builder) {
+  builder.square();
+  builder.primitive()["attributes"]["JOINTS_0"] = builder.accessor(
+      std::vector<std::uint8_t>{0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
+  builder.primitive()["attributes"]["WEIGHTS_0"] = builder.accessor(
+      std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
+}
+
 inline Vec3d world_corner(const scene::Scene& scene, std::uint32_t triangle, std::size_t corner) {
   return scene.origin + to_double(scene.corners(triangle)[corner]);
 }

@@ -82,11 +82,7 @@ TEST(Skipped, MorphTargetsWidenTheBox) {
 
 TEST(Skipped, SkinnedMeshesStandWhereTheirJointsStand) {
   SceneBuilder builder;
-  builder.square();
-  builder.primitive()["attributes"]["JOINTS_0"] = builder.accessor(
-      std::vector<std::uint8_t>{0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
-  builder.primitive()["attributes"]["WEIGHTS_0"] = builder.accessor(
-      std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4);
+  skinned_square(builder);
   builder.json["skins"] = {{{"joints", {1, 2}}}};
   // The mesh node's own transform does not count (glTF 3.7.3.3).
   builder.json["nodes"] = {{{"mesh", 0}, {"skin", 0}, {"translation", {1000, 0, 0}}},
