@@ -43,7 +43,8 @@ Status validate(const JobOptions& o) {
     return bad_option("share of draws: above 0 and at most 1");
   }
   if (o.threads < 0 || o.threads > 1024) return bad_option("threads: 0 (all) to 1024");
-  if (o.kind == JobKind::kBake && !o.batches && !o.lightmaps) {
+  if (o.kind == JobKind::kBake && !o.batches && !o.lightmaps &&
+      o.compression == Compression::kAsInput) {
     return bad_option("without batches and without lightmaps nothing is left to do");
   }
   if (!o.lightmaps && o.carrier != Carrier::kLightmap) {

@@ -7,6 +7,7 @@
 #include "core/scene_out/instance_cells.h"
 #include "core/scene_out/mesh_builder.h"
 #include "core/scene_out/portable.h"
+#include "core/scene_out/range_json.h"
 
 namespace lightbatch::scene_out {
 namespace {
@@ -115,22 +116,18 @@ Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& grou
   return build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices);
 }
 
-/// Where a run of indices came from, for extras.
-Json range_json(const Writer& w, std::size_t primitive, const IndexRange& range, bool coloured) {
+/// Where a run of indices of a batch came from, for extras.
+Json batch_range_json(const Writer& w, std::size_t primitive, const IndexRange& range,
+                      bool coloured) {
   const scene::Object& object = w.scene.objects[range.object];
-  Json json{{"primitive", primitive},
-            {"first", range.first},
-            {"count", range.count},
-            {"node", object.node},
-            {"name", object.name}};
+  Json json = range_json(w, primitive, range, coloured);
+  json["node"] = object.node;
+  json["name"] = object.name;
   if (object.instance != kNone) json["instance"] = object.instance;
   const Json& mesh = w.document.json.at("meshes").at(object.mesh);
   if (const Json* name = member(mesh, "name"); name != nullptr && *name != object.name)
     json["mesh"] = *name;
   if (const Json* extras = member(mesh, "extras")) json["mesh_extras"] = *extras;
-  const Json& source = mesh.at("primitives").at(object.primitive);
-  if (coloured) json["material"] = w.gltf_material(object.material);
-  if (const Json* extras = member(source, "extras")) json["primitive_extras"] = *extras;
   return json;
 }
 
@@ -161,7 +158,7 @@ Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t ma
       if (!look.variants.is_null())
         primitive["extensions"]["KHR_materials_variants"] = look.variants;
       for (const IndexRange& r : mesh.ranges)
-        ranges.push_back(range_json(w, primitives.size(), r, group.coloured));
+        ranges.push_back(batch_range_json(w, primitives.size(), r, group.coloured));
       primitives.push_back(std::move(primitive));
     }
   }

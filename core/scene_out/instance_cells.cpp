@@ -5,6 +5,7 @@
 
 #include "core/scene_out/colours.h"
 #include "core/scene_out/corners.h"
+#include "core/scene_out/range_json.h"
 
 namespace lightbatch::scene_out {
 namespace {
@@ -46,11 +47,12 @@ Json json_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-Result<std::uint32_t> InstanceNodes::mesh_of(const batches::InstancePart& part) {
+Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePart& part) {
   const Json& source = w_.document.json.at("meshes").at(part.mesh);
   if (part.whole && !part.coloured) {
-    if (source.at("primitives").size() == 1) return part.mesh;
-    return w_.part_of_mesh(part.mesh, {w_.scene.objects[part.pieces.front().object].primitive});
+    if (source.at("primitives").size() == 1) return PartMesh{part.mesh, nullptr};
+    const std::uint32_t primitive = w_.scene.objects[part.pieces.front().object].primitive;
+    return PartMesh{w_.part_of_mesh(part.mesh, {primitive}), nullptr};
   }
   const scene::Object& first = w_.scene.objects[part.pieces.front().object];
   LB_ASSIGN_OR_RETURN(const SourcePrimitive* front, w_.sources.get(first.mesh, first.primitive));
@@ -74,18 +76,20 @@ Result<std::uint32_t> InstanceNodes::mesh_of(const batches::InstancePart& part) 
   if (part.coloured) streams.push_back(colour_stream(w_, ranges));
   std::uint32_t material = w_.gltf_material(part.material);
   if (part.coloured) material = w_.materials.coloured(material);
-  Json primitives = Json::array();
+  Json primitives = Json::array(), about = Json::array();
   for (const MeshData& mesh : build_meshes(std::move(streams), std::move(ranges), kNone)) {
     Json primitive = add_primitive(w_.binary, mesh.types, mesh.data, mesh.indices);
     if (material != kNone) primitive["material"] = material;
     const Json& model = source.at("primitives").at(first.primitive);
     if (const Json* variants = extension(model, "KHR_materials_variants"))
       primitive["extensions"]["KHR_materials_variants"] = *variants;
+    for (const IndexRange& r : mesh.ranges)
+      about.push_back(range_json(w_, primitives.size(), r, part.coloured));
     primitives.push_back(std::move(primitive));
   }
   Json mesh = source;
   mesh["primitives"] = std::move(primitives);
-  return append(w_.root, "meshes", std::move(mesh));
+  return PartMesh{append(w_.root, "meshes", std::move(mesh)), std::move(about)};
 }
 
 Json InstanceNodes::attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame) {
@@ -111,12 +115,12 @@ Json InstanceNodes::attributes_of(const std::vector<std::uint32_t>& objects, con
 
 Result<Json> InstanceNodes::node_of(const batches::BatchPlan& plan,
                                     const batches::InstanceCell& cell) {
-  const auto [mesh, fresh] = meshes_.try_emplace(cell.part, kNone);
+  const auto [part, fresh] = meshes_.try_emplace(cell.part);
   if (fresh) {
-    LB_ASSIGN_OR_RETURN(mesh->second, mesh_of(plan.parts[cell.part]));
+    LB_ASSIGN_OR_RETURN(part->second, mesh_of(plan.parts[cell.part]));
   }
   const Affine& first = w_.scene.objects[cell.objects.front()].to_world;
-  Json node{{"mesh", mesh->second}};
+  Json node{{"mesh", part->second.mesh}};
   if (cell.objects.size() == 1) {
     const Turn turn = turn_of(first);
     node["translation"] = json_of(first.t);
@@ -135,6 +139,7 @@ Result<Json> InstanceNodes::node_of(const batches::BatchPlan& plan,
   for (const std::uint32_t o : cell.objects) names.push_back(w_.scene.objects[o].node);
   Json& about = node["extras"]["lightbatch"];
   about["nodes"] = std::move(names);
+  if (!part->second.ranges.is_null()) about["ranges"] = part->second.ranges;
   Json box = json_of(w_.scene.origin + to_double(cell.box.lower));
   for (const Json& v : json_of(w_.scene.origin + to_double(cell.box.upper))) box.push_back(v);
   about["box"] = std::move(box);

@@ -16,11 +16,16 @@ class InstanceNodes {
   Result<Json> node_of(const batches::BatchPlan& plan, const batches::InstanceCell& cell);
 
  private:
-  Result<std::uint32_t> mesh_of(const batches::InstancePart& part);
+  /// What all cells of a part draw.
+  struct PartMesh {
+    std::uint32_t mesh = 0;  // in the file written
+    Json ranges;             // for extras; null where the primitives are the source's
+  };
+  Result<PartMesh> mesh_of(const batches::InstancePart& part);
   Json attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame);
 
   Writer& w_;
-  std::map<std::uint32_t, std::uint32_t> meshes_;          // part -> glTF mesh
+  std::map<std::uint32_t, PartMesh> meshes_;               // by part
   std::map<std::vector<std::uint32_t>, Json> attributes_;  // by objects
 };
 

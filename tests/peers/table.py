@@ -7,7 +7,7 @@ DIR holds the .glb files; without SCENE words those of SCENES that it has are ba
 --every all that it has.
 Columns: wall and CPU seconds, peak memory of the largest process, certified error with its 95 % interval and the target
 that it is held to, texels, steps at chart borders, points shown bright that no light reaches, draw calls and triangles of a mean view before and after, errors of the Khronos validator in
-the input and in scene.glb with the codes that are new, and whether three.js and Blender load scene.glb (where they do
+the input and in scene.glb with the codes (of warnings too) that are new, and whether three.js and Blender load scene.glb (where they do
 not, what they say of the input). npm packages (gltf-validator, three) go into a folder beside the results. Exit code 0:
 every scene was baked, the validator finds nothing new and every loader that takes the input takes the output.
 """

@@ -335,53 +335,5 @@ TEST(RoundTrip, DracoLeavesWhatItCannotHold) {
   EXPECT_EQ(morphs, 1u);
 }
 
-TEST(RoundTrip, SharedMeshesInPartsDrawTheSameTriangles) {
-  FileBuilder file;
-  file.json["materials"] = {
-      {{"name", "red"}, {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0, 0, 1}}}}},
-      {{"name", "white"}, {"pbrMetallicRoughness", Json::object()}}};
-  std::vector<float> p;
-  std::vector<std::uint16_t> index;
-  constexpr int kSide = 100;
-  for (int y = 0; y <= kSide; ++y)
-    for (int x = 0; x <= kSide; ++x)
-      p.insert(p.end(), {static_cast<float>(x), 0, static_cast<float>(y)});
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) {
-      const int a = y * (kSide + 1) + x, b = a + kSide + 1;
-      for (const int v : {a, b, a + 1, a + 1, b, b + 1})
-        index.push_back(static_cast<std::uint16_t>(v));
-    }
-  Json floor{{"attributes", {{"POSITION", file.positions(p)}}},
-             {"indices", file.accessor(index, 5123, "SCALAR")},
-             {"material", 0}};
-  Json second = floor;
-  second["attributes"]["POSITION"] = file.positions(p);
-  second["material"] = 1;
-  const std::uint32_t mesh = file.mesh({floor, second});
-  for (int i = 0; i < 6; ++i)
-    file.node({{"mesh", mesh}, {"translation", {105 * (i % 2), 0, 105 * (i / 2)}}});
-  const Loaded in = load(file.glb());
-  const auto out = write(in, true);
-  EXPECT_GT(out.plan.parts.size(), 1u);
-  EXPECT_LT(difference(in, out.glb, 0.1), 1e-4);
-  // 12 bytes of a vertex become 16, and the input has one list of indices for both primitives.
-  EXPECT_LT(static_cast<double>(out.glb.size()), 1.8 * static_cast<double>(file.glb().size()));
-}
-
-TEST(RoundTrip, InstanceCellsDrawTheSameTriangles) {
-  FileBuilder file;
-  const std::uint32_t mesh = file.mesh({file.cube()});
-  for (int i = 0; i < 60; ++i)
-    file.node({{"mesh", mesh},
-               {"translation", {40 * (i % 8), i % 3, 40 * (i / 8)}},
-               {"rotation", {0.5, 0.5, 0.5, 0.5}},
-               {"scale", {1, 2, 3}}});
-  const Loaded in = load(file.glb());
-  const auto out = write(in, true);
-  ASSERT_FALSE(out.plan.cells.empty());
-  EXPECT_LT(difference(in, out.glb, 0.1), 1e-4);
-}
-
 }  // namespace
 }  // namespace lightbatch::scene_out
