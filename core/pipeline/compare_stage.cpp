@@ -127,10 +127,15 @@ Result<Json> compare_builders(const JobOptions& options, const Prepared& p,
     if (progress.cancelled()) return cancelled();
     progress.report("compare",
                     static_cast<double>(result.size() + 1) / static_cast<double>(rows.size() + 1));
-    Json entry = {{"builder", row.name},      {"build_seconds", row.build_seconds},
-                  {"sah_cost", row.sah_cost}, {"sah_cost_merged", row.sah_cost_merged},
-                  {"overlap", row.overlap},   {"void_area", row.void_area},
-                  {"depth", row.depth},       {"rays_per_second", row.rays_per_second}};
+    Json entry = {{"builder", row.name},
+                  {"build_seconds", row.build_seconds},
+                  {"sah_cost", row.sah_cost},
+                  {"sah_cost_merged", row.sah_cost_merged},
+                  {"overlap", row.overlap},
+                  {"void_area", row.void_area},
+                  {"depth", row.depth},
+                  {"rays_per_second", row.rays_per_second},
+                  {"grid_rays_per_second", row.grid_rays_per_second}};
     if (solves.has_light()) {
       const auto tree = hierarchy::build_with(row.method, meshes.boxes, meshes.objects);
       LB_ASSIGN_OR_RETURN(const Solved solved, solves.solve(*tree, kThreshold, progress));
@@ -147,14 +152,15 @@ Result<Json> compare_builders(const JobOptions& options, const Prepared& p,
 std::string comparison_text(const Json& rows) {
   std::string text =
       "\nbuilder                      build s      SAH   merged  overlap    void  depth  "
-      "Mrays/s     links  solve s   error\n";
+      "Mrays/s  in grids     links  solve s   error\n";
   for (const Json& row : rows) {
     char line[256];
-    std::snprintf(line, sizeof line, "%-27s %8.3f %8.2f %8.2f %8.3f %7.3f %6d %8.2f",
+    std::snprintf(line, sizeof line, "%-27s %8.3f %8.2f %8.2f %8.3f %7.3f %6d %8.2f %9.2f",
                   row["builder"].get<std::string>().c_str(), row["build_seconds"].get<double>(),
                   row["sah_cost"].get<double>(), row["sah_cost_merged"].get<double>(),
                   row["overlap"].get<double>(), row["void_area"].get<double>(),
-                  row["depth"].get<int>(), row["rays_per_second"].get<double>() * 1e-6);
+                  row["depth"].get<int>(), row["rays_per_second"].get<double>() * 1e-6,
+                  row["grid_rays_per_second"].get<double>() * 1e-6);
     text += line;
     if (row.contains("links")) {
       std::snprintf(line, sizeof line, " %9llu %8.2f %7.4f",

@@ -95,6 +95,24 @@ Json plan_section(const JobOptions& options, const plan::EffectPlan& effects) {
   return {{"effects", list}};
 }
 
+/// Which nodes are regular grids, and how far the next was from paying.
+Json report_grids(const rays::Caster& caster) {
+  Json taken = Json::array();
+  for (const rays::GridNode& grid : caster.grids()) {
+    taken.push_back({{"node", grid.node},
+                     {"triangles", grid.triangles},
+                     {"cells", grid.cells},
+                     {"cost_share", grid.cost_share}});
+  }
+  Json section = {{"taken", taken}};
+  if (const rays::GridNode& next = caster.refused_grid(); next.triangles > 0) {
+    section["refused"] = {{"node", next.node},
+                          {"triangles", next.triangles},
+                          {"cost_share_at_least", next.cost_share}};
+  }
+  return section;
+}
+
 }  // namespace
 
 Json report_hierarchy(const hierarchy::Statistics& s, double build_seconds) {
@@ -124,6 +142,7 @@ Json report_head(const JobOptions& options, const JobInput& input, const Prepare
   report["scene"] = scene_section(*p.scene);
   if (p.optics != nullptr) report["plan"] = plan_section(options, p.effects);
   report["hierarchy"] = report_hierarchy(p.tree_statistics, p.tree_seconds);
+  if (p.caster != nullptr) report["hierarchy"]["grids"] = report_grids(*p.caster);
   Json warnings = Json::array();
   for (const std::string& w : p.document.warnings) warnings.push_back(w);
   for (const std::string& w : p.scene->warnings) warnings.push_back(w);

@@ -37,8 +37,8 @@ const Kernel& kernel() {
 
 Caster::Caster(const hierarchy::Hierarchy& tree, std::span<const Vec3f> positions,
                std::span<const std::array<std::uint32_t, 3>> triangles,
-               std::span<const Surface> surfaces)
-    : tree_(new Tree{collapse(tree, positions, triangles, surfaces), &kernel()}) {}
+               std::span<const Surface> surfaces, Grids grids)
+    : tree_(new Tree{collapse(tree, positions, triangles, surfaces, grids), &kernel()}) {}
 Caster::~Caster() = default;
 Caster::Caster(Caster&&) noexcept = default;
 Caster& Caster::operator=(Caster&&) noexcept = default;
@@ -56,6 +56,10 @@ std::uint32_t Caster::occluded(std::span<const Segment> segments) const {
   LB_CHECK(segments.size() <= kMostSegments, "more segments than a bundle takes");
   return segments.empty() ? 0 : tree_->kernel->packet(tree_->wide, segments);
 }
+
+std::span<const GridNode> Caster::grids() const { return tree_->wide.grids; }
+
+const GridNode& Caster::refused_grid() const { return tree_->wide.refused; }
 
 std::size_t Caster::memory_bytes() const { return tree_->wide.memory_bytes(); }
 

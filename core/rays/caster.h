@@ -53,6 +53,22 @@ class HitFilter {
   virtual bool stops(const Hit& hit) = 0;
 };
 
+/// Which nodes of the casting tree are regular grids (Mueller and Fellner 1999), over the leaves of
+/// the same subtree. Hits are the same either way, bit for bit.
+enum class Grids : std::uint8_t {
+  kNever,
+  kWhereCheaper,  // by the expected cost of a ray
+  kEverywhere,    // as high in the tree as it goes
+};
+
+/// A node of the hierarchy that is a grid in the casting tree.
+struct GridNode {
+  hierarchy::Hierarchy::NodeId node = 0;
+  std::uint32_t triangles = 0;
+  std::uint32_t cells = 0;
+  float cost_share = 0;  // expected cost of a ray that meets the node, over that without a grid
+};
+
 /// Casts rays against the triangles of a scene over its hierarchy. Watertight at shared edges
 /// (Woop, Benthin, Wald 2013), conservative boxes (Ize 2013). A ray never hits the triangles it is
 /// told to exclude, so that points on a surface need no global offset. Immutable; thread-safe.
@@ -62,8 +78,8 @@ class Caster {
   /// hierarchy must have been built over the triangles' boxes, in the same order. The spans are
   /// not kept.
   Caster(const hierarchy::Hierarchy& tree, std::span<const Vec3f> positions,
-         std::span<const std::array<std::uint32_t, 3>> triangles,
-         std::span<const Surface> surfaces);
+         std::span<const std::array<std::uint32_t, 3>> triangles, std::span<const Surface> surfaces,
+         Grids grids = Grids::kWhereCheaper);
   ~Caster();
   Caster(Caster&&) noexcept;
   Caster& operator=(Caster&&) noexcept;
@@ -80,6 +96,10 @@ class Caster {
   /// segment i. Several times as fast when they run close together, as between two clusters.
   std::uint32_t occluded(std::span<const Segment> segments) const;
 
+  std::span<const GridNode> grids() const;
+  /// The node that came nearest to being a grid by its cost and is none; no triangles: no node was
+  /// large enough. Its cost is a lower bound.
+  const GridNode& refused_grid() const;
   /// Bytes held by the casting tree, triangles included.
   std::size_t memory_bytes() const;
 

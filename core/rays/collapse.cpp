@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "core/base/check.h"
+#include "core/rays/casting_costs.h"
 #include "core/rays/wide_tree.h"
 
 namespace lightbatch::rays {
@@ -18,11 +19,9 @@ namespace {
 using hierarchy::Hierarchy;
 using NodeId = Hierarchy::NodeId;
 
-// Costs of visiting a wide node and a leaf, and of one more triangle in a leaf, tuned by timing
-// rays in furnished rooms.
-constexpr float kNodeCost = 1.0f;
-constexpr float kLeafCost = 0.7f;
-constexpr float kTriangleCost = 0.06f;
+constexpr std::uint32_t kLeastInGrid = 64;  // triangles
+// Beyond, products in the walk through a grid might leave the range of floats.
+constexpr float kMostReach = 1e18f;
 constexpr std::uint32_t kMaxLeaf = 8;
 constexpr std::size_t kUsualBytes = 56;  // a triangle
 
@@ -31,7 +30,10 @@ struct Plan {
   float cost[kWidth];            // [i]: at most i + 1 places
   std::uint8_t to_left[kWidth];  // places of the left child; 0: same as with one place fewer
   bool leaf = false;             // with one place: a leaf instead of a wide node
+  bool grid = false;             // or a grid
+  bool filtered = false;         // holds triangles that ask the filter
   std::uint32_t solid = 0;       // triangles that stop rays
+  std::uint32_t leaves = 0;      // that they lie in
   float surface = 0;             // twice their area
 };
 
@@ -39,11 +41,20 @@ class Collapse {
  public:
   Collapse(const Hierarchy& tree, std::span<const Vec3f> positions,
            std::span<const std::array<std::uint32_t, 3>> triangles,
-           std::span<const Surface> surfaces)
-      : tree_(tree), positions_(positions), triangles_(triangles), surfaces_(surfaces) {}
+           std::span<const Surface> surfaces, Grids grids)
+      : tree_(tree),
+        positions_(positions),
+        triangles_(triangles),
+        surfaces_(surfaces),
+        grids_(grids) {}
 
   WideTree run() {
     if (tree_.is_empty()) return std::move(out_);
+    const Aabb box = tree_.box(0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      out_.reach[k] = std::max(std::abs(box.lower[k]), std::abs(box.upper[k]));
+      if (!(out_.reach[k] < kMostReach)) grids_ = Grids::kNever;
+    }
     plan();
     if (plans_[0].solid == 0) return std::move(out_);
     out_.data.reserve(kUsualBytes * std::size_t{plans_[0].solid} + sizeof(WideNode) + 64);
@@ -53,10 +64,6 @@ class Collapse {
     LB_CHECK(out_.data.size() < Child::kMaxPlace * Child::kUnit,
              "more triangles than a caster can hold");
     out_.data.shrink_to_fit();
-    const Aabb box = tree_.box(0);
-    for (std::size_t k = 0; k < 3; ++k) {
-      out_.reach[k] = std::max(std::abs(box.lower[k]), std::abs(box.upper[k]));
-    }
     return std::move(out_);
   }
 
@@ -77,6 +84,8 @@ class Collapse {
       const float area = tree_.box(i).area();
       if (tree_.is_leaf(i)) {
         p.solid = surface(tree_.primitive(tree_.first(i))) == Surface::kClear ? 0 : 1;
+        p.filtered = surface(tree_.primitive(tree_.first(i))) == Surface::kFiltered;
+        p.leaves = p.solid;
         p.leaf = true;
         const float cost = p.solid == 0 ? 0.0f : area * (kLeafCost + kTriangleCost);
         if (p.solid != 0) p.surface = twice_area(tree_.primitive(tree_.first(i)));
@@ -88,6 +97,7 @@ class Collapse {
       const Plan& right = plans_[tree_.right(i)];
       p.solid = left.solid + right.solid;
       p.surface = left.surface + right.surface;
+      p.filtered = left.filtered || right.filtered;
       for (std::size_t places = 2; places <= kWidth; ++places) {
         float best = std::numeric_limits<float>::infinity();
         std::uint8_t choice = 1;
@@ -107,7 +117,9 @@ class Collapse {
                                 ? area * (kLeafCost + kTriangleCost * static_cast<float>(p.solid))
                                 : std::numeric_limits<float>::infinity();
       p.leaf = p.solid <= kMaxLeaf && !(as_node < as_leaf);
+      p.leaves = p.leaf ? std::min(p.solid, 1u) : left.leaves + right.leaves;
       p.cost[0] = p.leaf ? as_leaf : as_node;
+      if (grids_ != Grids::kNever && !p.leaf) consider_grid(i);
       p.to_left[0] = 0;
       // [kWidth - 1] keeps its own split: it is what the node itself uses as a root.
       for (std::size_t places = 2; places < kWidth; ++places) {
@@ -116,6 +128,49 @@ class Collapse {
           p.to_left[places - 1] = 0;
         }
       }
+    }
+  }
+
+  /// The leaves below node i in the casting tree.
+  std::vector<GridMember> members_of(NodeId i, std::vector<NodeId>& leaves) const {
+    std::vector<GridMember> members;
+    std::vector<NodeId> open{i};
+    while (!open.empty()) {
+      const NodeId n = open.back();
+      open.pop_back();
+      if (plans_[n].solid == 0) continue;
+      if (plans_[n].leaf) {
+        leaves.push_back(n);
+        members.push_back({tree_.box(n), plans_[n].solid, 0});
+        continue;
+      }
+      open.push_back(tree_.right(n));
+      open.push_back(tree_.left(n));
+    }
+    return members;
+  }
+
+  /// Makes node i a grid if that is cheaper. Filters may be asked only once about a triangle, and
+  /// grids may come upon one twice.
+  void consider_grid(NodeId i) {
+    Plan& p = plans_[i];
+    if (p.solid < kLeastInGrid || p.filtered) return;
+    if (grids_ == Grids::kEverywhere) {
+      p.grid = true;
+      std::fill_n(p.to_left, kWidth, std::uint8_t{0});  // never opened
+      return;
+    }
+    float cost = least_grid_cost(tree_.box(i), p.leaves);
+    if (cost < p.cost[0]) {
+      std::vector<NodeId> leaves;
+      cost = plan_grid(tree_.box(i), members_of(i, leaves)).cost;
+    }
+    if (cost < p.cost[0]) {
+      p.grid = true;
+      p.cost[0] = cost;
+    } else if (const float share = cost / p.cost[0];
+               out_.refused.triangles == 0 || share < out_.refused.cost_share) {
+      out_.refused = {i, p.solid, 0, share};
     }
   }
 
@@ -181,6 +236,19 @@ class Collapse {
     return Child::leaf(append(leaf.data(), size * sizeof(float)), count);
   }
 
+  std::uint32_t write_grid(NodeId i) {
+    std::vector<NodeId> leaves;
+    std::vector<GridMember> members = members_of(i, leaves);
+    for (std::size_t k = 0; k < leaves.size(); ++k) members[k].word = write_leaf(leaves[k]);
+    const GridPlan grid = plan_grid(tree_.box(i), members);
+    const std::vector<std::uint32_t> words = fill_grid(grid.layout, members);
+    const std::size_t place = append(&grid.layout, sizeof grid.layout);
+    append(words.data(), words.size() * sizeof(std::uint32_t), sizeof(std::uint32_t));
+    const float otherwise = tree_.box(i).area() * kNodeCost + plans_[i].cost[kWidth - 1];
+    out_.grids.push_back({i, plans_[i].solid, grid.layout.cell_count(), grid.cost / otherwise});
+    return Child::grid(place);
+  }
+
   /// Where it went. No data: zeros.
   std::size_t append(const void* data, std::size_t bytes, std::size_t alignment = Child::kUnit) {
     const std::size_t end = out_.data.size(), place = (end + alignment - 1) / alignment * alignment;
@@ -201,8 +269,8 @@ class Collapse {
       stack.pop_back();
       WideNode node;
       std::array<NodeId, kWidth> members{pending.node};
-      const std::size_t count =
-          plans_[pending.node].leaf ? 1 : children(pending.node, members.data());
+      const auto is_inner = [&](NodeId n) { return !plans_[n].leaf && !plans_[n].grid; };
+      const std::size_t count = is_inner(pending.node) ? children(pending.node, members.data()) : 1;
       const std::size_t own = append(nullptr, sizeof node, alignof(WideNode));
       for (std::size_t place = 0; place < kWidth; ++place) {
         const Aabb box = place < count ? tree_.box(members[place]) : Aabb();
@@ -210,8 +278,10 @@ class Collapse {
           node.lower[axis][place] = box.lower[axis];
           node.upper[axis][place] = box.upper[axis];
         }
-        node.child[place] =
-            place < count && plans_[members[place]].leaf ? write_leaf(members[place]) : 0;
+        node.child[place] = place >= count                ? 0
+                            : plans_[members[place]].leaf ? write_leaf(members[place])
+                            : plans_[members[place]].grid ? write_grid(members[place])
+                                                          : 0;
       }
       std::memcpy(out_.data.data() + own, &node, sizeof node);
       if (pending.parent != kNone) {
@@ -219,7 +289,7 @@ class Collapse {
         std::memcpy(out_.data.data() + pending.parent, &word, sizeof word);
       }
       for (std::size_t place = count; place-- > 0;) {
-        if (!plans_[members[place]].leaf) {
+        if (is_inner(members[place])) {
           stack.push_back({members[place], own + offsetof(WideNode, child) + 4 * place});
         }
       }
@@ -230,6 +300,7 @@ class Collapse {
   std::span<const Vec3f> positions_;
   std::span<const std::array<std::uint32_t, 3>> triangles_;
   std::span<const Surface> surfaces_;
+  Grids grids_;
   std::vector<Plan> plans_;
   WideTree out_;
 };
@@ -238,8 +309,8 @@ class Collapse {
 
 WideTree collapse(const hierarchy::Hierarchy& tree, std::span<const Vec3f> positions,
                   std::span<const std::array<std::uint32_t, 3>> triangles,
-                  std::span<const Surface> surfaces) {
-  return Collapse(tree, positions, triangles, surfaces).run();
+                  std::span<const Surface> surfaces, Grids grids) {
+  return Collapse(tree, positions, triangles, surfaces, grids).run();
 }
 
 }  // namespace lightbatch::rays

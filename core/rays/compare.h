@@ -22,7 +22,8 @@ struct ComparisonRow {
   double overlap = 0;  // effective partial overlap
   double void_area = 0;
   int depth = 0;
-  double rays_per_second = 0;  // any-hit between random surface points, one thread
+  double rays_per_second = 0;       // any-hit between random surface points, one thread
+  double grid_rays_per_second = 0;  // the same with regular grids as high in the tree as they go
 };
 
 struct CompareOptions {

@@ -255,9 +255,22 @@ unsigned stopped_in_leaf(const Packet& p, const Leaf& leaf, unsigned lanes) {
   return stopped;
 }
 
-/// Bit i: something stops segment i. 1 to 16 segments.
-unsigned cast_packet(const WideTree& tree, std::span<const Segment> segments) {
-  if (tree.empty) return 0;
+/// Which of the rays a grid's triangles stop: ray by ray.
+unsigned stopped_in_grid(const WideTree& tree, std::span<const Segment> segments,
+                         std::uint32_t word, unsigned lanes) {
+  unsigned stopped = 0;
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const std::size_t i = lowest(lanes);
+    const Segment& s = segments[i];
+    const BoxRay r(tree, s.ray);
+    const AnyHit any(s.ray, r, s.exclude_a, s.exclude_b, nullptr);
+    if (any.in_grid(tree, word, r)) stopped |= 1u << i;
+  }
+  return stopped;
+}
+
+template <bool kGrids>
+LB_INLINE unsigned packet_in(const WideTree& tree, std::span<const Segment> segments) {
   const Packet p(tree, segments);
   unsigned stopped = 0;
   for (unsigned apart = p.apart; apart != 0; apart &= apart - 1) {
@@ -288,6 +301,12 @@ unsigned cast_packet(const WideTree& tree, std::span<const Segment> segments) {
       for (unsigned mask = meets_hull(p, node); mask != 0; mask &= mask - 1) {
         const std::size_t k = lowest(mask);
         const Part child{node.child[k], meets_lanes(p, node, k) & part.lanes & open};
+        if constexpr (kGrids) {
+          if (Child::is_grid(child.word)) {
+            open &= ~stopped_in_grid(tree, segments, child.word, child.lanes);
+            continue;
+          }
+        }
         const bool keep = child.lanes != 0, leaf = Child::is_leaf(child.word);
         *top = waiting[count] = child;
         top += (keep & !leaf) ? 1 : 0;
@@ -318,4 +337,10 @@ unsigned cast_packet(const WideTree& tree, std::span<const Segment> segments) {
     part = next;
   }
   return stopped | (p.lanes & ~open);
+}
+
+/// Bit i: something stops segment i. 1 to 16 segments.
+unsigned cast_packet(const WideTree& tree, std::span<const Segment> segments) {
+  if (tree.empty) return 0;
+  return tree.grids.empty() ? packet_in<false>(tree, segments) : packet_in<true>(tree, segments);
 }

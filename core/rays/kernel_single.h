@@ -42,25 +42,61 @@ struct OrderedStack {
   }
 };
 
-Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, HitFilter* filter) {
-  if (tree.empty) return Hit();
+/// The nearest hit so far of one ray.
+struct ClosestHit {
+  const Ray& ray;
+  std::uint32_t exclude;
+  HitFilter* filter;
+  const BoxRay& r;
+  LeafTest triangles;
+  Hit best;
+  Limits limits;
+
+  LB_INLINE ClosestHit(const Ray& given, const BoxRay& box_ray, std::uint32_t exclude_one,
+                       HitFilter* ask)
+      : ray(given), exclude(exclude_one), filter(ask), r(box_ray), triangles(box_ray) {
+    best.t = ray.t_max;
+    limits = {r.lower_limit(ray.t_min), r.upper_limit(ray.t_max), 0, 0};
+  }
+
+  LB_INLINE void look_in(const Leaf& leaf) {
+    V8f low, high;
+    unsigned maybe = triangles(leaf, limits, low, high).maybe;
+    for (; maybe != 0; maybe &= maybe - 1) {
+      const std::size_t k = lowest(maybe);
+      const std::uint32_t id = leaf.id(k) & ~WideTree::kFilteredFlag;
+      if (id == exclude) continue;
+      const ExactTest::Result result =
+          ExactTest(ray.origin, ray.direction)(leaf.corners() + k, leaf.count);
+      if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
+      if (!(result.t < best.t || (result.t == best.t && id < best.triangle))) continue;
+      const Hit hit{id, result.t, result.u, result.v, result.back};
+      if (filter != nullptr && (leaf.id(k) & WideTree::kFilteredFlag) != 0 && !filter->stops(hit)) {
+        continue;
+      }
+      best = hit;
+      limits.upper = r.upper_limit(best.t);
+    }
+  }
+};
+
+template <bool kGrids>
+LB_INLINE Hit closest_in(const WideTree& tree, const Ray& ray, std::uint32_t exclude,
+                         HitFilter* filter) {
   const BoxRay r(tree, ray);
   if (!r.valid) return Hit();
   const BoxTest boxes(r, r.lower_limit(ray.t_min));
-  const LeafTest triangles(r);
-  std::optional<ExactTest> exact;
-  Hit best;
-  best.t = ray.t_max;
-  Limits limits{r.lower_limit(ray.t_min), r.upper_limit(ray.t_max), 0, 0};
-  float farthest = std::max(limits.upper, 0.0f);  // that a waiting child may begin at
-  V8f upper = splat8(limits.upper);
+  ClosestHit hit(ray, r, exclude, filter);
   OrderedStack stack;
   std::uint32_t word = 0;
   while (true) {
     while (!Child::is_leaf(word)) {
+      if constexpr (kGrids) {
+        if (Child::is_grid(word)) break;
+      }
       const WideNode& node = tree.node(word);
       V8f near;
-      const V8i met = boxes(node, upper, near);
+      const V8i met = boxes(node, splat8(hit.limits.upper), near);
       unsigned mask = mask8(met);
       if (mask == 0) goto pop;
       const std::size_t first = lowest(mask);
@@ -90,50 +126,49 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
         stack.push(other, farther, base);
       }
     }
-    {
-      const Leaf leaf = tree.leaf(word);
-      V8f low, high;
-      unsigned maybe = triangles(leaf, limits, low, high).maybe;
-      for (; maybe != 0; maybe &= maybe - 1) {
-        const std::size_t k = lowest(maybe);
-        const std::uint32_t id = leaf.id(k) & ~WideTree::kFilteredFlag;
-        if (id == exclude) continue;
-        if (!exact) exact.emplace(ray.origin, ray.direction);
-        const ExactTest::Result result = (*exact)(leaf.corners() + k, leaf.count);
-        if (!result.hit || !(result.t > ray.t_min && result.t < ray.t_max)) continue;
-        if (!(result.t < best.t || (result.t == best.t && id < best.triangle))) continue;
-        const Hit hit{id, result.t, result.u, result.v, result.back};
-        if (filter != nullptr && (leaf.id(k) & WideTree::kFilteredFlag) != 0 &&
-            !filter->stops(hit)) {
-          continue;
-        }
-        best = hit;
-        limits.upper = r.upper_limit(best.t);
-        farthest = std::max(limits.upper, 0.0f);
-        upper = splat8(limits.upper);
+    if constexpr (kGrids) {
+      if (Child::is_grid(word)) {
+        walk_grid(tree.grid(word), r, r.lower_limit(ray.t_min), hit.limits.upper,
+                  [&](std::uint32_t leaf) {
+                    hit.look_in(tree.leaf(leaf));
+                    return false;
+                  });
+        goto pop;
       }
     }
+    hit.look_in(tree.leaf(word));
   pop:
     do {
-      if (stack.size == 0) return best.found() ? best : Hit();
+      if (stack.size == 0) return hit.best.found() ? hit.best : Hit();
       --stack.size;
-    } while (stack.nears[stack.size] > farthest);
+      // Distances on the stack are not negative.
+    } while (stack.nears[stack.size] > std::max(hit.limits.upper, 0.0f));
     word = stack.words[stack.size];
   }
 }
 
-bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a,
-                   std::uint32_t exclude_b, HitFilter* filter) {
-  if (tree.empty) return false;
-  const BoxRay r(tree, ray);
-  if (!r.valid) return false;
-  const BoxTest boxes(r, r.lower_limit(ray.t_min));
-  const LeafTest triangles(r);
-  const Limits limits{r.lower_limit(ray.t_min), r.upper_limit(ray.t_max),
-                      r.tight_lower_limit(ray.t_min), r.tight_upper_limit(ray.t_max)};
-  const V8f upper = splat8(limits.upper);
-  // Whether a triangle of the leaf stops the ray.
-  const auto stopped_in = [&](const Leaf& leaf) LB_LAMBDA_INLINE {
+Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, HitFilter* filter) {
+  if (tree.empty) return Hit();
+  return tree.grids.empty() ? closest_in<false>(tree, ray, exclude, filter)
+                            : closest_in<true>(tree, ray, exclude, filter);
+}
+
+/// Whether triangles stop one ray.
+struct AnyHit {
+  const Ray& ray;
+  std::uint32_t exclude_a, exclude_b;
+  HitFilter* filter;
+  LeafTest triangles;
+  Limits limits;
+
+  LB_INLINE AnyHit(const Ray& given, const BoxRay& r, std::uint32_t a, std::uint32_t b,
+                   HitFilter* ask)
+      : ray(given), exclude_a(a), exclude_b(b), filter(ask), triangles(r) {
+    limits = {r.lower_limit(ray.t_min), r.upper_limit(ray.t_max), r.tight_lower_limit(ray.t_min),
+              r.tight_upper_limit(ray.t_max)};
+  }
+
+  LB_INLINE bool in(const Leaf& leaf) const {
     V8f low, high;
     const LeafMasks masks = triangles(leaf, limits, low, high);
     for (unsigned maybe = masks.maybe; maybe != 0; maybe &= maybe - 1) {
@@ -150,7 +185,21 @@ bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a
       return true;
     }
     return false;
-  };
+  }
+  LB_INLINE bool in_grid(const WideTree& tree, std::uint32_t word, const BoxRay& r) const {
+    return walk_grid(tree.grid(word), r, limits.lower, limits.upper,
+                     [&](std::uint32_t leaf) { return in(tree.leaf(leaf)); });
+  }
+};
+
+template <bool kGrids>
+LB_INLINE bool occluded_in(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a,
+                           std::uint32_t exclude_b, HitFilter* filter) {
+  const BoxRay r(tree, ray);
+  if (!r.valid) return false;
+  const BoxTest boxes(r, r.lower_limit(ray.t_min));
+  const AnyHit stopped(ray, r, exclude_a, exclude_b, filter);
+  const V8f upper = splat8(stopped.limits.upper);
   std::uint32_t stack[kStackSize];
   std::uint32_t* top = stack;
   std::uint32_t word = 0;
@@ -166,6 +215,12 @@ bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a
     const std::size_t before = count;
     for (; mask != 0; mask &= mask - 1) {
       const std::uint32_t child = node.child[lowest(mask)];
+      if constexpr (kGrids) {
+        if (Child::is_grid(child)) {
+          if (stopped.in_grid(tree, child, r)) return true;
+          continue;
+        }
+      }
       prefetch(tree, child);
       if (Child::is_leaf(child)) {
         waiting[count++] = child;
@@ -175,7 +230,7 @@ bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a
     }
     if (before != 0) {
       for (std::size_t i = 0; i < before; ++i) {
-        if (stopped_in(tree.leaf(waiting[i]))) return true;
+        if (stopped.in(tree.leaf(waiting[i]))) return true;
       }
       count -= before;
       for (std::size_t i = 0; i < count; ++i) waiting[i] = waiting[i + before];
@@ -188,7 +243,14 @@ bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a
     word = *--top;
   }
   for (std::size_t i = 0; i < count; ++i) {
-    if (stopped_in(tree.leaf(waiting[i]))) return true;
+    if (stopped.in(tree.leaf(waiting[i]))) return true;
   }
   return false;
+}
+
+bool cast_occluded(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a,
+                   std::uint32_t exclude_b, HitFilter* filter) {
+  if (tree.empty) return false;
+  return tree.grids.empty() ? occluded_in<false>(tree, ray, exclude_a, exclude_b, filter)
+                            : occluded_in<true>(tree, ray, exclude_a, exclude_b, filter);
 }

@@ -92,7 +92,7 @@ std::string hierarchy_section(const Json& report, const std::vector<Picture>& pi
       level_plots(list(hierarchy, "levels")),
       pairs_of(hierarchy,
                {{"sah_cost", "SAH cost"}, {"depth", "depth"}, {"build_seconds", "time to build"}},
-               {"levels", "compare"}));
+               {"levels", "compare", "grids"}));
   const Json& levels = list(hierarchy, "levels");
   const std::string table =
       table_of(levels, with_further(levels, {{"level", "level"},
@@ -101,6 +101,18 @@ std::string hierarchy_section(const Json& report, const std::vector<Picture>& pi
                                              {"void_share", "void"},
                                              {"triangles_most", "most triangles in a node"}}));
   if (!table.empty()) html += "<h3>Levels</h3>\n" + table;
+  const Json& grids = object(hierarchy, "grids");
+  const std::string inside =
+      table_of(list(grids, "taken"), {{"node", "node"},
+                                      {"triangles", "triangles"},
+                                      {"cells", "cells"},
+                                      {"cost_share", "cost, of the tree's"}}) +
+      pairs_of(object(grids, "refused"),
+               {{"node", "next node, left a tree"},
+                {"triangles", "its triangles"},
+                {"cost_share_at_least", "as a grid, at least times as costly"}},
+               {});
+  if (!inside.empty()) html += "<h3>Regular grids inside</h3>\n" + inside;
   const Json& compare = list(hierarchy, "compare");
   const std::string peers =
       table_of(compare, with_further(compare, {{"builder", "builder", Format::kText}}));

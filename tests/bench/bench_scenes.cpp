@@ -147,4 +147,17 @@ Scene make_needles(std::size_t n) {
   return scene;
 }
 
+Scene make_swarm(std::size_t n) {
+  Scene scene{"swarm", {}, {}, {}, false};
+  Random random(5);
+  const auto point = [&] {
+    return Vec3f{random.next_float(), random.next_float(), random.next_float()};
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3f at = point();
+    scene.add(at, at + point() * 0.01f, at + point() * 0.01f);
+  }
+  return scene;
+}
+
 }  // namespace lightbatch::bench

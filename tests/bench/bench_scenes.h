@@ -30,5 +30,7 @@ Scene make_office(std::size_t n);
 Scene make_torus(std::size_t n);
 /// Long thin triangles in all directions.
 Scene make_needles(std::size_t n);
+/// Small triangles of one size, evenly strewn in a cube: what regular grids are best at.
+Scene make_swarm(std::size_t n);
 
 }  // namespace lightbatch::bench

@@ -1,7 +1,7 @@
 // Construction and casting beside Embree 3 (MEDIUM) in one run.
 //
 // hierarchy_bench [--scenes a,b] [--repetitions 5] [--rays 131072] [--checks 200000]
-//                 [--soups DIR] [--sections build,threads,checks,rays,bundles,growth]
+//                 [--soups DIR] [--sections build,threads,checks,rays,bundles,grids,growth]
 //
 // --soups: folder of classroom.soup and hotel_room.soup (count, then nine floats a triangle).
 // --checks: rays that the oracle judges in each scene, on all threads; growth: 10 k to 10 M.
@@ -169,6 +169,43 @@ void print_rays(const Scene& scene, const rays::Caster& caster, const EmbreePeer
   }
 }
 
+/// The casting tree without grids, with those that the rule chooses, and with as many as there can
+/// be.
+void compare_grids(const Scene& scene, const hierarchy::Hierarchy& tree) {
+  using rays::Grids;
+  std::vector<rays::Caster> casters;
+  for (const Grids grids : {Grids::kNever, Grids::kWhereCheaper, Grids::kEverywhere}) {
+    casters.emplace_back(tree, scene.positions, scene.triangles, std::span<const rays::Surface>(),
+                         grids);
+  }
+  for (const RaySet& set : make_rays(scene, casters[0], ray_count)) {
+    std::vector<std::function<void()>> programs;
+    std::vector<std::size_t> hits(casters.size());
+    for (std::size_t i = 0; i < casters.size(); ++i) {
+      programs.push_back([&, i] {
+        hits[i] = 0;
+        for (const rays::Ray& ray : set.rays) {
+          hits[i] += set.any ? casters[i].occluded(ray) : casters[i].closest(ray).found();
+        }
+      });
+    }
+    const auto times = timed(programs);
+    const double rays = static_cast<double>(set.rays.size()) * 1e-6;
+    std::printf("%-8s no grids %5.2f; %zu grids by cost: %.2f times; %zu wherever: %.2f times\n",
+                set.name.c_str(), rays / times[0], casters[1].grids().size(), times[0] / times[1],
+                casters[2].grids().size(), times[0] / times[2]);
+    if (hits[1] != hits[0] || hits[2] != hits[0]) std::printf("grids change the answers\n");
+    if (set.name == "pair" || set.name == "bounce") {
+      table.add(set.name + ", grids by cost / none", ">= 1.0", scene.name, times[0] / times[1]);
+      table.add(set.name + ", grids wherever / none", "", scene.name, times[0] / times[2]);
+    }
+  }
+  for (const rays::GridNode& grid : casters[1].grids()) {
+    std::printf("grid: node %u, %u triangles, %u cells, expected cost %.2f of the tree's\n",
+                grid.node, grid.triangles, grid.cells, static_cast<double>(grid.cost_share));
+  }
+}
+
 void run(const Scene& scene) {
   std::printf("\n== %s: %zu triangles\n", scene.name.c_str(), scene.triangles.size());
   set_thread_count(1);
@@ -179,8 +216,10 @@ void run(const Scene& scene) {
     embree.build();
   }
   if (wants("threads")) print_two_threads(scene);
-  if (!wants("checks") && !wants("rays") && !wants("bundles")) return;
+  if (!wants("checks") && !wants("rays") && !wants("bundles") && !wants("grids")) return;
   const hierarchy::Hierarchy tree = hierarchy::build(scene.boxes);
+  if (wants("grids")) compare_grids(scene, tree);
+  if (!wants("checks") && !wants("rays") && !wants("bundles")) return;
   const rays::Caster caster(tree, scene.positions, scene.triangles, {});
   const auto n = static_cast<double>(scene.triangles.size());
   const double casting = static_cast<double>(caster.memory_bytes()) / n;
@@ -230,11 +269,13 @@ int main(int argc, char** argv) {
     if (name == "--checks") check_count = static_cast<std::size_t>(std::atoll(argv[i + 1]));
     if (name == "--rays") ray_count = static_cast<std::size_t>(std::atoll(argv[i + 1]));
   }
-  for (const std::string name : {"classroom", "hotel_room", "office", "torus", "needles"}) {
+  for (const std::string name :
+       {"classroom", "hotel_room", "office", "torus", "needles", "swarm"}) {
     if (wanted.find(name) == std::string::npos) continue;
     const Scene scene = name == "office"    ? make_office(1000000)
                         : name == "torus"   ? make_torus(1000000)
                         : name == "needles" ? make_needles(200000)
+                        : name == "swarm"   ? make_swarm(200000)
                                             : load_soup(soups + "/" + name + ".soup", name);
     if (!scene.triangles.empty()) run(scene);
   }

@@ -74,12 +74,15 @@ class CommandLine(programs.WithFolder):
         compared = lightbatch("hierarchy", scene, "--compare", "-q", "-o", self.path("compared"))
         self.assertEqual(compared.returncode, 0, compared.stderr)
         with open(self.path("compared/hierarchy.json")) as file:
-            rows = json.load(file)["hierarchy"]["compare"]
+            hierarchy = json.load(file)["hierarchy"]
+        rows = hierarchy["compare"]
+        self.assertEqual(hierarchy["grids"]["taken"], [])  # too few triangles
         self.assertEqual(len(rows), 7)
         self.assertEqual(len({row["builder"] for row in rows}), 7)
         for row in rows:
             self.assertGreater(row["sah_cost"], 0)
             self.assertGreater(row["links"], 0)
+            self.assertGreater(row["grid_rays_per_second"], 0)
         office = lightbatch("scene", "office", "--triangles", "2000", "-o", self.path("office.glb"))
         self.assertEqual(office.returncode, 0, office.stderr)
         self.assertGreater(os.path.getsize(self.path("office.glb")), 10_000)

@@ -89,7 +89,10 @@ TEST(Compare, OrdersTheWaysAsKnown) {
   EXPECT_LT(cost(Method::kBinned), cost(Method::kMedianCut));
   EXPECT_LT(cost(Method::kMorton), cost(Method::kAsModelled));
   EXPECT_LT(cost(Method::kInsertion), cost(Method::kAsModelled));
-  for (const ComparisonRow& row : rows) EXPECT_GT(row.rays_per_second, 0) << row.name;
+  for (const ComparisonRow& row : rows) {
+    EXPECT_GT(row.rays_per_second, 0) << row.name;
+    EXPECT_GT(row.grid_rays_per_second, 0) << row.name;
+  }
 }
 
 }  // namespace
