@@ -18,7 +18,7 @@ constexpr std::size_t kGrain = 256;
 constexpr int kShareOfRays = 8;
 constexpr int kFewestRays = 16;
 /// Punctual lights are asked from so many points of a texel; from its middle where there are many.
-constexpr std::uint32_t kLightPoints = 4;
+constexpr std::uint32_t kLightPoints = 8;
 constexpr std::size_t kFewLights = 8;
 
 /// Integrals of luminance, and of luminance times direction.
@@ -59,8 +59,7 @@ class DirectionalTexels {
     const bool few = input_.direct.sources().punctual().size() <= kFewLights;
     const std::uint32_t wanted = few ? std::min(points.count, kLightPoints) : 1;
     for (std::uint32_t i = 0; i < wanted; ++i) {
-      const TexelPoints::Point& at =
-          wanted == 1 ? middle : points.point[i * (points.count - 1) / (wanted - 1)];
+      const TexelPoints::Point& at = wanted == 1 ? middle : points.point[i];
       incident_.punctual(receiver(at), counts, [&](const radiosity::Incident& light) {
         sum.add(light.direction, static_cast<double>(luminance(light.light)) / wanted);
       });

@@ -6,6 +6,9 @@
 namespace lightbatch::lightmap {
 namespace {
 
+/// The 4 x 4 grid in four Latin squares: the first four, eight and twelve are spread evenly.
+constexpr unsigned kSpread[] = {1, 7, 8, 14, 2, 4, 11, 13, 0, 6, 9, 15, 3, 5, 10, 12};
+
 Vec2f grid_sample(const atlas::Texel& texel, unsigned bit) {
   return {static_cast<float>(texel.x) + (static_cast<float>(bit & 3u) + 0.5f) * 0.25f,
           static_cast<float>(texel.y) + (static_cast<float>(bit >> 2) + 0.5f) * 0.25f};
@@ -16,9 +19,9 @@ Vec2f grid_sample(const atlas::Texel& texel, unsigned bit) {
 TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel) {
   TexelPoints points;
   const bool back = map.is_back(texel.chart);
-  for (const atlas::Fragment& f : map.fragments_of(texel)) {
-    for (unsigned bit = 0; bit < 16 && points.count < points.point.size(); ++bit) {
-      if (f.mask >> bit & 1u)
+  for (const unsigned bit : kSpread) {
+    for (const atlas::Fragment& f : map.fragments_of(texel)) {
+      if ((f.mask >> bit & 1u) && points.count < points.point.size())
         points.point[points.count++] = {f.triangle, grid_sample(texel, bit), back};
     }
   }

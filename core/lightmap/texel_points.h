@@ -11,7 +11,8 @@
 namespace lightbatch::lightmap {
 
 /// Where a texel is measured: covered samples of its 4 x 4 grid (each stands for an equal share
-/// of the surface), or a sample of the fragments by surface when no sample is covered.
+/// of the surface), or a sample of the fragments by surface when no sample is covered. The first
+/// few of many are spread evenly.
 struct TexelPoints {
   struct Point {
     std::uint32_t triangle = 0;

@@ -17,11 +17,13 @@ constexpr std::uint64_t kCopies = 4;
 
 }  // namespace
 
-FirstStage::FirstStage(const Prepared& p, const accuracy::BakeSettings& bake_settings)
+FirstStage::FirstStage(const JobOptions& job, const Prepared& p,
+                       const accuracy::BakeSettings& bake_settings)
     : settings(bake_settings),
       sources(*p.scene, *p.optics,
               {p.effects.on(Effect::kPointLights), p.effects.on(Effect::kSpotLights),
-               p.effects.on(Effect::kDirectionalLights), p.effects.on(Effect::kEmitters)}),
+               p.effects.on(Effect::kDirectionalLights), p.effects.on(Effect::kEmitters),
+               job.lights == LightsPolicy::kRemove}),
       direct(*p.optics, *p.caster, sources, p.effects.on(Effect::kShadows)),
       elements(*p.scene, p.tree, *p.optics, settings.elements),
       lookup(*p.scene, *p.caster, elements, direct.lift()),

@@ -17,7 +17,7 @@ namespace lightbatch::pipeline {
 /// to what `Prepared` holds.
 class FirstStage {
  public:
-  FirstStage(const Prepared& p, const accuracy::BakeSettings& settings);
+  FirstStage(const JobOptions& job, const Prepared& p, const accuracy::BakeSettings& settings);
   FirstStage(const FirstStage&) = delete;
   FirstStage& operator=(const FirstStage&) = delete;
 

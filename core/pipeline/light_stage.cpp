@@ -62,7 +62,8 @@ Status choose_sides(const JobOptions& options, const Prepared& p, LightmapPlaces
   }
   if (!any) return {};
   FirstStage first(
-      p, accuracy::settings_for(kRoughRung, measure_for_settings(p, places), options.seed));
+      options, p,
+      accuracy::settings_for(kRoughRung, measure_for_settings(p, places), options.seed));
   LB_RETURN_IF_ERROR(first.solve(p, SolverMode::kStoredRay, 0, progress));
   std::vector<double> front(places.layout.charts.size()), behind(front.size());
   std::vector<std::uint8_t> one_sided(front.size());
@@ -120,7 +121,7 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   std::shared_ptr<const FirstStage> first = wish.first;
   const bool whole = wish.selected == nullptr;
   if (first == nullptr) {
-    const auto fresh = std::make_shared<FirstStage>(p, settings);
+    const auto fresh = std::make_shared<FirstStage>(options, p, settings);
     const std::size_t most = whole || wish.keep_first ? places.texels.texels.size() : 0;
     LB_RETURN_IF_ERROR(fresh->solve(p, options.solver, most, progress));
     first = fresh;

@@ -42,6 +42,11 @@ std::uint16_t with_state(std::uint16_t states, std::size_t k, LightState s) {
   return static_cast<std::uint16_t>(cleared | (static_cast<unsigned>(s) << (2 * k)));
 }
 
+/// Shadow rays to emitters from each point of an element, where these are few and where not.
+constexpr int kFewRays = 2;
+constexpr int kManyRays = 8;
+constexpr std::size_t kFewEmitters = 8;
+
 /// Samples of an element that the edge of a resolved light's shadow crosses, against others.
 constexpr int kEdgeSamples = 8;
 
@@ -73,6 +78,7 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
   const Elements& elements = input.elements;
   const auto& lights = input.direct.sources().punctual();
   const bool emitters = !input.direct.sources().emitters().empty();
+  const bool few_emitters = input.direct.sources().emitters().size() <= kFewEmitters;
   Solution solution;
   solution.resolved = choose_resolved(input);
   solution.irradiance.resize(elements.count());
@@ -137,9 +143,11 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
           const EmitterTerms terms =
               input.direct.emitter_terms(at, {item_seed(options.seed, e, 100), turn}, rays);
           if (terms.count > 0) {
+            // The same for all points, so that their places in the sequence do not meet.
+            const int rays_each = few_emitters ? kFewRays : kManyRays;
             GroupVisibility by_group;
             const VisibilitySum seen = input.direct.emitter_visibility(
-                at, terms, 2, 2 * static_cast<std::uint32_t>(s),
+                at, terms, rays_each, static_cast<std::uint32_t>(rays_each * s),
                 static_cast<std::uint32_t>(item_seed(options.seed, e, 2)), rays,
                 direct_by_group != nullptr ? &by_group : nullptr);
             rest += to_double(terms.total * seen.share());

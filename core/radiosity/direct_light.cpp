@@ -25,15 +25,9 @@ constexpr std::size_t kFewEmitters = 8;
 /// Shadow rays stop this far (relative) short of the light.
 constexpr float kShadowEnd = 1.0f - 4e-7f;
 
-Rgb factor_times_luminance(const Emitter& e, const Receiver& at, RayCounts& counts) {
-  const Vec3d point = to_double(at.frame.position);
-  const Vec3d normal = to_double(at.frame.normal);
-  ++counts.polygon_factors;
-  double factor = point_to_triangle(point, normal, {e.a, e.b, e.c});
-  if (factor <= 0 && e.double_sided) {
-    factor = point_to_triangle(point, normal, {e.a, e.c, e.b});
-  }
-  return e.luminance * static_cast<float>(kPiDouble * factor);
+/// A triangle does not light itself.
+bool is_own(const Emitter& e, const Receiver& at) {
+  return !e.is_point() && e.triangle == at.triangle;
 }
 
 /// How much a node may bring (its power as from the nearest point of its box), and how far that
@@ -66,23 +60,35 @@ float turned(float random, float turn) {
   return std::min(sum < 1 ? sum : sum - 1, 0x1.fffffep-1f);
 }
 
-/// A point of an emitter that the receiver's side faces: 1 over the density per solid angle, sr; 0:
-/// nothing.
+/// A point of an emitter that the receiver's side faces.
 struct EmitterSample {
   Vec3f point;
   Vec3d direction;  // unit, from the receiver
-  double weight = 0;
+  Rgbd light;       // luminance over the density per solid angle, lux; black: nothing
 };
 
 /// Squared length of an edge over squared distance, from which on a triangle is large.
 constexpr float kLargeTriangle = 0.1f;
 
-EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random) {
+EmitterSample sample_point(const PunctualLight& light, const Receiver& at) {
+  EmitterSample sample;
+  const Vec3f to = light.position - at.frame.position;
+  if (!(dot(to, to) > 0)) return sample;
+  const Vec3f direction = normalized(to);
+  if (!at.is_in_space() && !(dot(direction, at.frame.normal) > 0)) return sample;
+  sample.point = light.position;
+  sample.direction = to_double(direction);
+  sample.light = to_double(light.irradiance(at.frame.position, direction));
+  return sample;
+}
+
+EmitterSample sample_triangle(const Emitter& e, const Receiver& at, Vec2f random) {
   const Vec3f ab = e.b - e.a, ac = e.c - e.a;
   const Vec3d normal = cross(to_double(ab), to_double(ac));
   const Vec3d from = to_double(at.frame.origin);
   EmitterSample sample;
-  Vec2f place;  // barycentric
+  Vec2f place;        // barycentric
+  double weight = 0;  // 1 over the density per solid angle, sr
   const Vec3f away = e.a - at.frame.origin;
   const float largest = std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)});
   if (largest > kLargeTriangle * dot(away, away)) {
@@ -101,7 +107,7 @@ EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random)
     if (!std::isfinite(u) || !std::isfinite(v)) return sample;
     place = {static_cast<float>(std::clamp(u, 0.0, 1.0)),
              static_cast<float>(std::clamp(v, 0.0, 1.0))};
-    sample.weight = seen.solid_angle();
+    weight = seen.solid_angle();
   } else {
     place = uniform_triangle(random);
     const Vec3d to = to_double(e.a + ab * place.x + ac * place.y) - from;
@@ -111,11 +117,17 @@ EmitterSample sample_emitter(const Emitter& e, const Receiver& at, Vec2f random)
     if (!(squared > 0) || !(facing > 0)) return sample;
     const double distance = std::sqrt(squared);
     sample.direction = to / distance;
-    sample.weight = 0.5 * facing / (squared * distance);
+    weight = 0.5 * facing / (squared * distance);
   }
   if (!at.is_in_space() && !(dot(sample.direction, to_double(at.frame.normal)) > 0)) return {};
+  sample.light = to_double(e.luminance) * weight;
   sample.point = e.a + ab * place.x + ac * place.y;
   return sample;
+}
+
+EmitterSample sample_emitter(const LightSources& sources, const Emitter& e, const Receiver& at,
+                             Vec2f random) {
+  return e.is_point() ? sample_point(sources.point(e), at) : sample_triangle(e, at, random);
 }
 
 }  // namespace
@@ -138,21 +150,33 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
   return blocked ? Rgb{} : filter.transmittance();
 }
 
+Rgb DirectLight::open_irradiance(const Emitter& e, const Receiver& at, RayCounts& counts) const {
+  if (e.is_point()) return sources_->point(e).irradiance(at.frame.position, at.frame.normal);
+  const Vec3d point = to_double(at.frame.position);
+  const Vec3d normal = to_double(at.frame.normal);
+  ++counts.polygon_factors;
+  double factor = point_to_triangle(point, normal, {e.a, e.b, e.c});
+  if (factor <= 0 && e.double_sided) {
+    factor = point_to_triangle(point, normal, {e.a, e.c, e.b});
+  }
+  return e.luminance * static_cast<float>(kPiDouble * factor);
+}
+
 EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice,
                                         RayCounts& counts, float negligible) const {
   EmitterTerms terms;
   const auto& emitters = sources_->emitters();
-  const auto add = [&](std::uint32_t index, float scale) {
+  const auto add = [&](std::uint32_t index, std::uint32_t source, float scale) {
     const Emitter& e = emitters[index];
-    if (e.triangle == at.triangle) return;
-    const Rgb value = factor_times_luminance(e, at, counts) * scale;
+    if (is_own(e, at)) return;
+    const Rgb value = open_irradiance(e, at, counts) * scale;
     if (value.is_black()) return;
-    terms.term[terms.count++] = {index, value, value.sum(), scale};
+    terms.term[terms.count++] = {index, source, value, value.sum(), scale};
     terms.total += value;
     terms.weight += value.sum();
   };
   if (emitters.size() <= kFewEmitters) {
-    for (std::uint32_t i = 0; i < emitters.size(); ++i) add(i, 1.0f);
+    for (std::uint32_t i = 0; i < emitters.size(); ++i) add(i, 2 * emitters[i].lamp, 1.0f);
     return terms;
   }
 
@@ -187,14 +211,19 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& cho
   }
   Random random(choice.seed);
   for (std::size_t i = 0; i < size; ++i) {
+    const std::uint32_t first = tree.primitive(tree.first(cut[i].id));
     if (tree.is_leaf(cut[i].id)) {
-      add(tree.primitive(tree.first(cut[i].id)), 1.0f);
+      add(first, 2 * emitters[first].lamp, 1.0f);
     } else {
+      const std::uint32_t last = tree.primitives(cut[i].id).back();
+      const bool one_lamp = emitters[first].lamp == emitters[last].lamp;
       const float power = sources_->power(cut[i].id);
       const std::uint32_t picked =
           sources_->pick(cut[i].id, turned(random.next_float(), choice.turn));
       const float own = emitters[picked].power;
-      if (own > 0) add(picked, power / own);
+      if (own > 0) {
+        add(picked, one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1, power / own);
+      }
     }
   }
   return terms;
@@ -215,23 +244,27 @@ VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterT
     float choice = sequence.coordinate(index, 2) * terms.weight;
     std::size_t i = 0;
     while (i + 1 < terms.count && choice >= terms.term[i].weight) choice -= terms.term[i++].weight;
-    const EmitterTerms::Term& term = terms.term[i];
-    const Emitter& e = sources_->emitters()[term.emitter];
-    const EmitterSample sample = sample_emitter(e, at, sequence.pair(index, 0));
-    if (!(sample.weight > 0)) continue;
-    // What this point brings, over the probability of its term.
-    const double weight = dot(sample.direction, to_double(at.frame.normal)) * sample.weight *
-                          static_cast<double>(terms.weight / term.weight);
-    const Rgbd all = to_double(e.luminance) * (weight * static_cast<double>(term.scale));
-    ++sum.rays;
-    const Rgbd visible = all * to_double(emitter_share(at, e, sample.point, counts));
-    sum.all += all;
-    sum.visible += visible;
-    if (by_group == nullptr) continue;
-    by_group->all[e.group] += all;
-    by_group->visible[e.group] += visible;
+    emitter_ray(at, terms.term[i], static_cast<double>(terms.term[i].weight / terms.weight),
+                sequence.pair(index, 0), counts, sum, by_group);
   }
   return sum;
+}
+
+void DirectLight::emitter_ray(const Receiver& at, const EmitterTerms::Term& term,
+                              double probability, Vec2f random, RayCounts& counts,
+                              VisibilitySum& sum, GroupVisibility* by_group) const {
+  const Emitter& e = sources_->emitters()[term.emitter];
+  const EmitterSample sample = sample_emitter(*sources_, e, at, random);
+  if (sample.light.is_black()) return;
+  const Rgbd all = sample.light * (dot(sample.direction, to_double(at.frame.normal)) *
+                                   static_cast<double>(term.scale) / probability);
+  ++sum.rays;
+  const Rgbd visible = shadows_ ? all * to_double(emitter_share(at, e, sample.point, counts)) : all;
+  sum.all += all;
+  sum.visible += visible;
+  if (by_group == nullptr) return;
+  by_group->all[e.group] += all;
+  by_group->visible[e.group] += visible;
 }
 
 void DirectLight::split_emitters(const EmitterTerms& terms, const Rgb& share,
@@ -266,11 +299,9 @@ Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pi
   const auto walk = hierarchy::descend(tree, 0, pick / asked, importance);
   if (!(walk.probability > 0)) return {};
   const Emitter& e = sources_->emitters()[tree.primitive(tree.first(walk.leaf))];
-  if (e.triangle == at.triangle) return {};
-  const EmitterSample sample = sample_emitter(e, at, random);
-  if (!(sample.weight > 0)) return {};
-  Incident incident{to_float(sample.direction),
-                    e.luminance * static_cast<float>(sample.weight / (asked * walk.probability)),
+  if (is_own(e, at)) return {};
+  const EmitterSample sample = sample_emitter(*sources_, e, at, random);
+  Incident incident{to_float(sample.direction), to_float(sample.light / (asked * walk.probability)),
                     e.group};
   if (!shadows_ || incident.light.is_black()) return incident;
   incident.light *= emitter_share(at, e, sample.point, counts);

@@ -68,9 +68,10 @@ struct EmitterTerms {
   static constexpr std::size_t kCapacity = 128;
   struct Term {
     std::uint32_t emitter = 0;
-    Rgb irradiance;    // unoccluded, lux
-    float weight = 0;  // channel sum of irradiance
-    float scale = 1;   // of a cut node over its representative, by power
+    std::uint32_t source = 0;  // the same for all terms of a lamp, or of a cut node above lamps
+    Rgb irradiance;            // unoccluded, lux
+    float weight = 0;          // channel sum of irradiance
+    float scale = 1;           // of a cut node over its representative, by power
   };
   std::array<Term, kCapacity> term;
   std::size_t count = 0;
@@ -94,7 +95,7 @@ struct VisibilitySum {
     return {ratio(visible.r, all.r), ratio(visible.g, all.g), ratio(visible.b, all.b)};
   }
   bool none() const { return rays > 0 && visible.is_black(); }
-  bool full() const { return visible == all; }
+  bool full() const { return rays > 0 && visible == all; }
 };
 
 /// Direct light from punctual lights and emitters. Immutable; thread-safe.
@@ -123,6 +124,11 @@ class DirectLight {
   VisibilitySum emitter_visibility(const Receiver& at, const EmitterTerms& terms, int rays,
                                    std::uint32_t first, std::uint32_t seed, RayCounts& counts,
                                    GroupVisibility* by_group = nullptr) const;
+
+  /// One of these shadow rays, to a point of one term that is chosen with the given probability.
+  void emitter_ray(const Receiver& at, const EmitterTerms::Term& term, double probability,
+                   Vec2f random, RayCounts& counts, VisibilitySum& sum,
+                   GroupVisibility* by_group = nullptr) const;
 
   /// Adds to each group its part of `arrives`, the light that reaches the receiver from `terms`:
   /// by what was seen of the group's own emitters, and in sum what arrives. scale: of all of it.
@@ -155,6 +161,7 @@ class DirectLight {
   /// Share of a point of an emitter that reaches the receiver: one shadow ray.
   Rgb emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,
                     RayCounts& counts) const;
+  Rgb open_irradiance(const Emitter& e, const Receiver& at, RayCounts& counts) const;
   Rgb through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b, RayCounts& counts) const;
 
   const optics::Optics* optics_;

@@ -20,6 +20,9 @@ constexpr float kEvenShare = 0.05f;
 constexpr int kMostCuts = 4;
 /// Emitters from which on triangles stay whole.
 constexpr std::size_t kMostParts = 200'000;
+/// Emitters are one lamp where their area is this share of the surface of their box: a panel fills
+/// a half of it, two panels a panel apart a third.
+constexpr double kLampFill = 0.4;
 
 /// Mean emitted luminance over a part; a texture is sampled on a stratified 8 x 8 pattern.
 Rgb mean_emission(const optics::Optics& optics, std::uint32_t triangle, const Part& part) {
@@ -90,10 +93,14 @@ LightSources::LightSources(const scene::Scene& scene, const optics::Optics& opti
                            const Kinds& kinds) {
   Grouping grouping;
   add_punctual(scene, kinds, grouping);
+  add_points(kinds);
   if (kinds.emitters) add_emitters(scene, optics, grouping);
+  build_tree();
+  find_lamps();
   auto [groups, renumber] = grouping.finish();
   groups_ = std::move(groups);
   for (PunctualLight& light : punctual_) light.group = renumber[light.group];
+  for (PunctualLight& light : points_) light.group = renumber[light.group];
   for (Emitter& emitter : emitters_) emitter.group = renumber[emitter.group];
 }
 
@@ -117,9 +124,26 @@ void LightSources::add_punctual(const scene::Scene& scene, const Kinds& kinds, G
   }
 }
 
+void LightSources::add_points(const Kinds& kinds) {
+  const auto local = [](const PunctualLight& light) { return !light.is_directional(); };
+  const auto count = std::count_if(punctual_.begin(), punctual_.end(), local);
+  if (!kinds.points_as_emitters || count <= static_cast<std::ptrdiff_t>(kMostPunctual)) return;
+  for (const PunctualLight& light : punctual_) {
+    if (!local(light)) continue;
+    Emitter e;
+    e.a = e.b = e.c = light.position;
+    e.luminance = light.intensity;
+    e.power = kPi * light.intensity.sum();
+    e.group = light.group;
+    e.point = static_cast<std::uint32_t>(points_.size());
+    points_.push_back(light);
+    emitters_.push_back(e);
+  }
+  std::erase_if(punctual_, local);
+}
+
 void LightSources::add_emitters(const scene::Scene& scene, const optics::Optics& optics,
                                 Grouping& grouping) {
-  std::vector<Aabb> boxes;
   for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
     if (!optics.emits(i)) continue;
     const auto corner = scene.corners(i);
@@ -147,13 +171,20 @@ void LightSources::add_emitters(const scene::Scene& scene, const optics::Optics&
           e.group = grouping.add(
               {LightGroup::Kind::kEmitter, material.gltf_index, material.name, material.emission},
               static_cast<double>(e.power));
-          Aabb box;
-          for (const Vec3f& p : {e.a, e.b, e.c}) box.add(p);
-          boxes.push_back(box);
           emitters_.push_back(e);
         });
   }
+}
+
+void LightSources::build_tree() {
   if (emitters_.empty()) return;
+  std::vector<Aabb> boxes;
+  boxes.reserve(emitters_.size());
+  for (const Emitter& e : emitters_) {
+    Aabb box;
+    for (const Vec3f& p : {e.a, e.b, e.c}) box.add(p);
+    boxes.push_back(box);
+  }
   emitter_tree_ = hierarchy::build(boxes);
   node_power_.resize(emitter_tree_.node_count());
   for (auto node = emitter_tree_.node_count(); node-- > 0;) {
@@ -161,6 +192,34 @@ void LightSources::add_emitters(const scene::Scene& scene, const optics::Optics&
         emitter_tree_.is_leaf(node)
             ? emitters_[emitter_tree_.primitive(emitter_tree_.first(node))].power
             : node_power_[emitter_tree_.left(node)] + node_power_[emitter_tree_.right(node)];
+  }
+}
+
+void LightSources::find_lamps() {
+  if (emitters_.empty()) return;
+  using NodeId = hierarchy::Hierarchy::NodeId;
+  std::vector<double> area(emitter_tree_.node_count());
+  for (auto node = emitter_tree_.node_count(); node-- > 0;) {
+    area[node] = emitter_tree_.is_leaf(node)
+                     ? static_cast<double>(
+                           emitters_[emitter_tree_.primitive(emitter_tree_.first(node))].area)
+                     : area[emitter_tree_.left(node)] + area[emitter_tree_.right(node)];
+  }
+  std::vector<NodeId> stack{0};
+  std::uint32_t lamps = 0;
+  while (!stack.empty()) {
+    const NodeId node = stack.back();
+    stack.pop_back();
+    const Vec3f extent = emitter_tree_.box(node).extent();
+    const double around =
+        2.0 * static_cast<double>(extent.x * extent.y + extent.y * extent.z + extent.z * extent.x);
+    if (emitter_tree_.is_leaf(node) || area[node] >= kLampFill * around) {
+      for (const std::uint32_t e : emitter_tree_.primitives(node)) emitters_[e].lamp = lamps;
+      ++lamps;
+      continue;
+    }
+    stack.push_back(emitter_tree_.right(node));
+    stack.push_back(emitter_tree_.left(node));
   }
 }
 

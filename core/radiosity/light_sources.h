@@ -8,6 +8,7 @@
 #include "core/math/vec.h"
 #include "core/optics/optics.h"
 #include "core/radiosity/light_groups.h"
+#include "core/rays/caster.h"
 #include "core/scene/scene.h"
 
 namespace lightbatch::radiosity {
@@ -33,16 +34,25 @@ struct PunctualLight {
   bool is_directional() const { return kind == scene::LightKind::kDirectional; }
 };
 
-/// A triangle that emits, or the part of one where its texture is about even.
+/// A triangle that emits, or the part of one where its texture is about even; or a point or spot
+/// light of a scene that has many.
 struct Emitter {
-  std::uint32_t triangle = 0;
+  static constexpr std::uint32_t kTriangle = 0xffffffffu;
+  std::uint32_t triangle = rays::kNoTriangle;
   Vec3f a, b, c;    // counter-clockwise from the emitting side
   Rgb luminance;    // mean, nits
   float area = 0;   // m2
-  float power = 0;  // pi * area * luminance of both sides, summed over channels: a weight
+  float power = 0;  // pi * area * luminance of both sides, or pi * intensity, summed over channels
   bool double_sided = false;
-  std::uint32_t group = 0;  // into LightSources::groups
+  std::uint32_t group = 0;          // into LightSources::groups
+  std::uint32_t point = kTriangle;  // into LightSources::points, or kTriangle
+  std::uint32_t lamp = 0;           // the same for emitters that stand close together
+
+  bool is_point() const { return point != kTriangle; }
 };
+
+/// Point and spot lights up to which each is a light of its own.
+constexpr std::size_t kMostPunctual = 16;
 
 /// Everything in a scene that sends light out, sky aside. Emitters have a hierarchy of their own
 /// (the product's builder over their boxes) so that many of them cost less than their number.
@@ -54,11 +64,16 @@ class LightSources {
     bool spot = true;
     bool directional = true;
     bool emitters = true;
+    /// Of more than kMostPunctual point and spot lights, all become emitters, so that many of them
+    /// cost less than their number.
+    bool points_as_emitters = true;
   };
   LightSources(const scene::Scene& scene, const optics::Optics& optics, const Kinds& kinds);
 
   const std::vector<PunctualLight>& punctual() const { return punctual_; }
   const std::vector<Emitter>& emitters() const { return emitters_; }
+  /// The light that an emitter is, if it is no triangle.
+  const PunctualLight& point(const Emitter& e) const { return points_[e.point]; }
   /// The sky has none here.
   const std::vector<LightGroup>& groups() const { return groups_; }
   const hierarchy::Hierarchy& emitter_tree() const { return emitter_tree_; }
@@ -70,8 +85,12 @@ class LightSources {
  private:
   void add_punctual(const scene::Scene& scene, const Kinds& kinds, Grouping& grouping);
   void add_emitters(const scene::Scene& scene, const optics::Optics& optics, Grouping& grouping);
+  void add_points(const Kinds& kinds);
+  void build_tree();
+  void find_lamps();
 
   std::vector<PunctualLight> punctual_;
+  std::vector<PunctualLight> points_;
   std::vector<Emitter> emitters_;
   std::vector<LightGroup> groups_;
   hierarchy::Hierarchy emitter_tree_;

@@ -1,26 +1,23 @@
-#include "core/lightmap/direct_texel.h"
+#include "core/lightmap/punctual_texel.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/base/random.h"
+#include "core/lightmap/edge_samples.h"
 #include "core/math/sobol.h"
 
 namespace lightbatch::lightmap {
 namespace {
 
-using radiosity::EmitterTerms;
 using radiosity::PunctualLight;
 using radiosity::Receiver;
-using radiosity::VisibilitySum;
 
-/// Owen-Sobol samples of a visibility edge have a standard error of about this times N^-0.75.
-constexpr double kEdgeError = 0.5;
-/// The same where N samples go to each sixteenth of a texel that the edge touches: about five of
-/// them, each a sixteenth of the whole.
+/// Error of visibility, as in edge_samples.h, where N samples go to each sixteenth of a texel that
+/// the edge touches: about five of them, each a sixteenth of the whole.
 constexpr double kSixteenthsError = kEdgeError * 2.24 / 16;
-constexpr int kMostEmitterRays = 4096;
 constexpr int kMostEdgeRounds = 1024;
 /// Rays from every sixteenth of a refined texel, before it is known where edges run: at least and
 /// at most, and the share of an edge's allowed error that one ray's sixteenth may bring.
@@ -30,20 +27,10 @@ constexpr double kUnseenShare = 2;
 /// A light that is so many times the mean irradiance is asked from all points of a texel: a strip
 /// of sun that is thinner than a texel counts.
 constexpr double kStrong = 2;
-/// Doubt about many emitters that is not worth a look at each, of the error that is asked for.
-constexpr double kNegligible = 0.3;
+/// Range of unshadowed light that the pilot's points even out, of the allowed error.
+constexpr double kMostUneven = 4;
 /// Shares of a light that differ by more than this are two states.
 constexpr float kSameShare = 0.02f;
-
-/// Points of a texel used by the pilot: a spread of up to `wanted`.
-std::uint32_t stride_for(const TexelPoints& points, std::uint32_t wanted) {
-  return std::max(1u, points.count / std::max(1u, wanted));
-}
-
-const TexelPoints::Point& spread_point(const TexelPoints& points, std::uint32_t stride,
-                                       std::uint32_t i) {
-  return points.point[std::min(points.count - 1, i * stride + stride / 2)];
-}
 
 /// What one sixteenth of a texel sees of one light.
 struct Sixteenth {
@@ -61,109 +48,46 @@ bool adjacent(const TexelPoints::Point& a, const TexelPoints::Point& b) {
 
 }  // namespace
 
-DirectTexel::DirectTexel(const BakeInput& input, const GatherSettings& settings)
-    : input_(input), settings_(settings), lights_(input.direct.sources().punctual()) {}
+PunctualTexel::PunctualTexel(const BakeInput& input, const GatherSettings& settings)
+    : input_(input),
+      settings_(settings),
+      allowed_(settings.direct_error * input.mean_irradiance),
+      lights_(input.direct.sources().punctual()) {}
 
-int DirectTexel::samples_for(double open, double constant, int most) const {
-  const double mean = input_.mean_irradiance > 0 ? input_.mean_irradiance : open;
-  const double wanted = std::pow(constant * open / (settings_.direct_error * mean), 4.0 / 3.0);
-  return static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(most)));
-}
-
-EmitterPart DirectTexel::emitters(std::uint32_t t, std::uint32_t wanted, int rays,
-                                  std::span<Rgb> by_group, VisibilitySum& seen,
-                                  BakeCounts& counts) const {
-  const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
-  const std::uint32_t stride = stride_for(points, wanted);
-  const std::uint32_t used = (points.count + stride - 1) / stride;
-  const int rays_each = std::max(1, rays / static_cast<int>(used));
-  const auto seed = static_cast<std::uint32_t>(item_seed(input_.seed, t, 11));
-  const auto negligible =
-      static_cast<float>(kNegligible * settings_.direct_error * input_.mean_irradiance);
-  Rgbd arrives, open;
-  std::fill(by_group.begin(), by_group.end(), Rgb{});
-  for (std::uint32_t i = 0; i < used; ++i) {
-    const Receiver at = receiver_at(input_.scene, input_.layout, spread_point(points, stride, i),
-                                    input_.direct.lift());
-    const float turn = static_cast<float>(i) / static_cast<float>(used);
-    const EmitterTerms terms = input_.direct.emitter_terms(
-        at, {item_seed(input_.seed, t, 200), turn}, counts.rays, negligible);
-    if (terms.count == 0) continue;
-    radiosity::GroupVisibility visibility;
-    const VisibilitySum own = input_.direct.emitter_visibility(
-        at, terms, rays_each, i * static_cast<std::uint32_t>(rays_each), seed, counts.rays,
-        by_group.empty() ? nullptr : &visibility);
-    if (!by_group.empty()) {
-      input_.direct.split_emitters(terms, own.share(), visibility, 1.0f / static_cast<float>(used),
-                                   by_group);
-    }
-    arrives += to_double(terms.total * own.share());
-    open += to_double(terms.total);
-    seen.add(own);
-  }
-  const double scale = 1.0 / used;
-  return {
-      to_float(arrives * scale), to_float(open * scale),
-      static_cast<float>(3 * kEdgeError * std::pow(rays_each * static_cast<double>(used), -0.75))};
-}
-
-EmitterPart DirectTexel::pilot_emitters(std::uint32_t t, DirectPilot& pilot,
-                                        std::span<Rgb> by_group, BakeCounts& counts) const {
-  VisibilitySum seen;
-  const int rays = std::clamp(settings_.pilot_rays, 1, 16);
-  const EmitterPart part =
-      emitters(t, static_cast<std::uint32_t>(rays), rays, by_group, seen, counts);
-  pilot.measured = true;
-  if (!part.open.is_black()) {
-    pilot.emitters = seen.none()   ? DirectPilot::kDark
-                     : seen.full() ? DirectPilot::kLit
-                                   : DirectPilot::kMixed;
-  }
-  return part;
-}
-
-EmitterPart DirectTexel::refined_emitters(std::uint32_t t, const Rgb& open, std::span<Rgb> by_group,
-                                          BakeCounts& counts) const {
-  VisibilitySum seen;
-  const int rays =
-      std::max(8, samples_for(static_cast<double>(open.max()), kEdgeError, kMostEmitterRays));
-  return emitters(t, static_cast<std::uint32_t>(std::min(rays, 16)), rays, by_group, seen, counts);
-}
-
-Rgb DirectTexel::pilot_punctual(std::uint32_t t, DirectPilot& pilot, std::span<Rgb> by_group,
-                                BakeCounts& counts) const {
+Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> by_group,
+                         BakeCounts& counts) const {
   Rgbd sum;
   std::fill(by_group.begin(), by_group.end(), Rgb{});
   if (lights_.empty()) return {};
   const atlas::Texel& texel = input_.texels.texels[t];
   const TexelPoints points = texel_points(input_.texels, texel);
-  const std::uint32_t stride =
-      stride_for(points, static_cast<std::uint32_t>(std::clamp(settings_.pilot_rays, 1, 16)));
-  const std::uint32_t used = (points.count + stride - 1) / stride;
+  const std::uint32_t used =
+      std::min(points.count, static_cast<std::uint32_t>(std::clamp(settings_.pilot_rays, 1, 16)));
   const float lift = input_.direct.lift();
   const Receiver centre =
       receiver_at(input_.scene, input_.layout, central_point(input_.texels, texel), lift);
   std::array<Receiver, 16> at;
   for (std::uint32_t i = 0; i < used; ++i) {
-    at[i] = receiver_at(input_.scene, input_.layout, spread_point(points, stride, i), lift);
+    at[i] = receiver_at(input_.scene, input_.layout, points.point[i], lift);
   }
-  pilot.measured = true;
   std::uint32_t hash = 1;
   for (const PunctualLight& light : lights_) {
     Rgbd open;
-    bool any_dark = false;
+    float least = std::numeric_limits<float>::infinity(), most = 0;
     for (std::uint32_t i = 0; i < used; ++i) {
       const Rgb value = light.irradiance(at[i].frame.position, at[i].frame.normal);
-      any_dark = any_dark || value.is_black();
+      least = std::min(least, value.max());
+      most = std::max(most, value.max());
       open += to_double(value);
     }
     if (open.is_black()) {
       hash = hash * 0x9e3779b1u + 1;
       continue;
     }
-    // The edge of a cone or of a range, a sheet's edge, a shadow's edge.
+    // The edge of a cone or of a range, a lamp close by, a sheet's edge, a shadow's edge.
     const Rgb share = input_.direct.punctual_visibility(centre, light, counts.rays);
-    bool mixed = any_dark || (!(share == Rgb{1, 1, 1}) && !share.is_black());
+    const bool uneven = static_cast<double>(most - least) > kMostUneven * allowed_;
+    bool mixed = least == 0 || (!share.is_black() && (uneven || !(share == Rgb{1, 1, 1})));
     for (std::uint32_t i = 0; pilot.thorough && i < used && !mixed; ++i) {
       mixed = !(input_.direct.punctual_visibility(at[i], light, counts.rays) == share);
     }
@@ -176,18 +100,18 @@ Rgb DirectTexel::pilot_punctual(std::uint32_t t, DirectPilot& pilot, std::span<R
         mixed = !(input_.direct.punctual_visibility(near, light, counts.rays) == share);
       }
     }
-    pilot.punctual_mixed = pilot.punctual_mixed || mixed;
+    pilot.mixed = pilot.mixed || mixed;
     hash = hash * 0x9e3779b1u + (share.is_black() ? 2 : 3);
     const Rgbd arrives = open * to_double(share);
     sum += arrives;
     if (!by_group.empty()) by_group[light.group] += to_float(arrives / static_cast<double>(used));
   }
-  pilot.punctual = hash;
+  pilot.states = hash;
   return to_float(sum / static_cast<double>(used));
 }
 
-Rgbd DirectTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& points,
-                            BakeCounts& counts) const {
+Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& points,
+                              BakeCounts& counts) const {
   const PunctualLight& light = lights_[l];
   const float lift = input_.direct.lift();
   std::array<Sixteenth, 16> part;
@@ -211,7 +135,7 @@ Rgbd DirectTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& p
   };
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, 0, kFirstRounds);
   // A strip that covers less of a sixteenth than one ray stands for may pass unseen.
-  const double allowed = kUnseenShare * settings_.direct_error * input_.mean_irradiance;
+  const double allowed = kUnseenShare * allowed_;
   const auto first_rounds = static_cast<std::uint32_t>(std::clamp(
       allowed > 0 ? open_sum / (16 * allowed) : 0, double{kFirstRounds}, kMostFirstRounds));
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, kFirstRounds, first_rounds);
@@ -223,8 +147,8 @@ Rgbd DirectTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& p
                 (part[j].mixed() || std::fabs(part[i].middle() - part[j].middle()) > kSameShare);
     }
   }
-  const auto rounds =
-      static_cast<std::uint32_t>(samples_for(open_sum, kSixteenthsError, kMostEdgeRounds));
+  const auto rounds = static_cast<std::uint32_t>(
+      samples_for_edge(open_sum, allowed_, kSixteenthsError, kMostEdgeRounds));
   Rgbd total;
   for (std::uint32_t i = 0; i < points.count; ++i) {
     if (edge[i] && rounds > first_rounds) take(i, first_rounds, rounds);
@@ -233,8 +157,7 @@ Rgbd DirectTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& p
   return total / static_cast<double>(points.count);
 }
 
-Rgb DirectTexel::refined_punctual(std::uint32_t t, std::span<Rgb> by_group,
-                                  BakeCounts& counts) const {
+Rgb PunctualTexel::refined(std::uint32_t t, std::span<Rgb> by_group, BakeCounts& counts) const {
   std::fill(by_group.begin(), by_group.end(), Rgb{});
   const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
   Rgbd total;

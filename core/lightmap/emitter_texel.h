@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/lightmap/bake.h"
+#include "core/lightmap/texel_points.h"
+
+namespace lightbatch::lightmap {
+
+/// How a texel sees one source of emitted light: a lamp, or a node of the emitter tree that holds
+/// several.
+struct SourceState {
+  enum State : std::uint32_t { kDark, kLit, kMixed };
+  std::uint32_t source : 30;
+  std::uint32_t state : 2;
+};
+
+/// The states to refine a texel with: a source is mixed where the texel's own pilot, or that of a
+/// neighbour, saw it in part, and where the two differ. All by source, in order.
+std::vector<SourceState> doubtful_states(std::span<const SourceState> own,
+                                         std::span<const std::span<const SourceState>> neighbours);
+
+/// Emitters' light at a texel.
+struct EmitterPart {
+  Rgb arrives;
+  Rgb open;          // without shadows
+  float slack = 0;   // of the visible share: three standard errors, about
+  float uneven = 0;  // lux: range over the points of the texel, shadows' edges apart
+};
+
+/// Measures emitters' light at texels. Unoccluded irradiance is exact at each point (polygons,
+/// formulas), only visibility is sampled, each source's by itself: rays go where a source is seen
+/// in part, and none to lamps that are wholly seen or, as those of other rooms, wholly hidden.
+/// Holds scratch memory: one for each thread.
+class EmitterTexel {
+ public:
+  EmitterTexel(const BakeInput& input, const GatherSettings& settings);
+
+  /// A few rays to every source that matters, more where `thorough`. states: gets how these are
+  /// seen; by_group: what arrives from each light group, empty: not asked.
+  EmitterPart pilot(std::uint32_t t, bool thorough, std::vector<SourceState>& states,
+                    std::span<Rgb> by_group, BakeCounts& counts);
+
+  /// Whether the pilot's answer will not do.
+  bool is_to_be_refined(const EmitterPart& pilot, std::span<const SourceState> states) const;
+
+  /// As many rays to mixed sources as the allowed error asks for, as many points as uneven light
+  /// does; sources that are known to be dark or lit get no ray.
+  EmitterPart refined(std::uint32_t t, const EmitterPart& pilot,
+                      std::span<const SourceState> states, std::span<Rgb> by_group,
+                      BakeCounts& counts);
+
+ private:
+  /// A term at one of the texel's points.
+  struct Record {
+    radiosity::EmitterTerms::Term term;
+    std::uint32_t point;
+  };
+  struct Sums;
+
+  radiosity::Receiver receiver(const TexelPoints::Point& point) const;
+  /// The i-th of a texel's points, moved.
+  TexelPoints::Point place(std::uint32_t i, Vec2f within) const;
+  void collect(std::uint32_t t, std::uint32_t points, BakeCounts& counts);
+  EmitterPart measure(std::uint32_t t, int fewest_rays, std::span<const SourceState> known,
+                      std::vector<SourceState>* states, std::span<Rgb> by_group,
+                      BakeCounts& counts);
+  radiosity::VisibilitySum cast(std::uint32_t t, std::span<const Record> records, int rays,
+                                BakeCounts& counts) const;
+  int rays_for_edge(double light, std::size_t edges) const;
+
+  const BakeInput& input_;
+  const GatherSettings& settings_;
+  double allowed_;     // lux that visibility may be off by
+  double negligible_;  // lux of a source that is not worth a ray of its own
+  TexelPoints grid_;
+  std::uint32_t points_ = 0;
+  std::vector<Record> records_, weak_;
+  std::vector<float> light_at_;
+};
+
+}  // namespace lightbatch::lightmap

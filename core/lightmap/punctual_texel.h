@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/lightmap/bake.h"
+#include "core/lightmap/texel_points.h"
+
+namespace lightbatch::lightmap {
+
+/// What a few shadow rays say of a texel: which punctual lights it sees.
+struct PunctualPilot {
+  bool thorough = false;     // asked in: lights are to be asked from several points
+  bool mixed = false;        // some light is seen in part, by the pilot itself, or uneven
+  std::uint32_t states = 0;  // hash of how each light is seen
+};
+
+/// Measures the direct light of punctual lights at texels. Unoccluded irradiance is exact, only
+/// visibility is sampled; the number of samples follows from what an error of visibility costs
+/// against the scene's mean irradiance. by_group, where it is not empty, is set to what arrives
+/// from each light group. Thread-safe.
+class PunctualTexel {
+ public:
+  PunctualTexel(const BakeInput& input, const GatherSettings& settings);
+
+  Rgb pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> by_group,
+            BakeCounts& counts) const;
+
+  /// Mean over the texel; where a shadow's edge runs, only the sixteenths of the texel that it
+  /// touches are sampled on.
+  Rgb refined(std::uint32_t t, std::span<Rgb> by_group, BakeCounts& counts) const;
+
+ private:
+  Rgbd one_light(std::uint32_t t, std::size_t light, const TexelPoints& points,
+                 BakeCounts& counts) const;
+
+  const BakeInput& input_;
+  const GatherSettings& settings_;
+  double allowed_;  // lux that visibility may be off by
+  const std::vector<radiosity::PunctualLight>& lights_;
+};
+
+}  // namespace lightbatch::lightmap
