@@ -240,22 +240,31 @@ Rgb PathTracer::trace(const SurfacePoint& start, Numbers& numbers, std::uint64_t
       const rays::Hit hit = caster_->closest(ray, exclude, filtered_ ? &filter : nullptr);
       if (!hit.found()) return sum + weight * escaped(ray.direction, local.z);
       sum += weight * emitted(hit, hit.t, at, local.z);
-      const bool reflects = !hit.back || optics_->double_sided(hit.triangle);
+      const bool reflects = !hit.back || optics_->has_two_sides(hit.triangle);
       const Rgb back = reflects ? weight * optics_->reflectance(hit.triangle, hit.u, hit.v) : Rgb{};
       const Rgb on = filtered_ && optics_->sheet(hit.triangle)
                          ? weight * optics_->transmittance(hit.triangle, hit.u, hit.v)
                          : Rgb{};
-      // Goes back, on, or ends, so that the largest channel of the weight stays 1 at most.
-      const double to_back = static_cast<double>(back.max()), to_on = static_cast<double>(on.max());
-      const double scale = std::max(1.0, to_back + to_on);
+      const Rgb through = optics_->transmits_diffusely(hit.triangle)
+                              ? weight * optics_->diffuse_transmittance(hit.triangle, hit.u, hit.v)
+                              : Rgb{};
+      // Goes back, through to the other side's hemisphere, straight on, or ends, so that the
+      // largest channel of the weight stays 1 at most.
+      const auto to_back = static_cast<double>(back.max());
+      const double scattered = to_back + static_cast<double>(through.max());
+      const auto to_on = static_cast<double>(on.max());
+      const double scale = std::max(1.0, scattered + to_on);
       const double random = numbers.roulette() * scale;
-      if (random < to_back) {
-        weight = back * static_cast<float>(scale / to_back);
-        at.frame = optics::surface_frame(scene, hit.triangle, hit.u, hit.v, hit.back, lift_);
+      if (random < scattered) {
+        const bool goes_back = random < to_back;
+        weight = goes_back ? back * static_cast<float>(scale / to_back)
+                           : through * static_cast<float>(scale / (scattered - to_back));
+        at.frame =
+            optics::surface_frame(scene, hit.triangle, hit.u, hit.v, hit.back == goes_back, lift_);
         at.triangle = hit.triangle;
         break;
       }
-      if (random >= to_back + to_on) return sum;
+      if (random >= scattered + to_on) return sum;
       weight = on * static_cast<float>(scale / to_on);
       ray.t_min = hit.t;
       exclude = hit.triangle;

@@ -115,11 +115,18 @@ Rgb Gather::read(ElementId e, const rays::Hit& hit, const Split& split, BakeCoun
 Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numbers, int depth,
                           const Split& split, BakeCounts& counts) const {
   ++counts.deeper_gathers;
-  const Receiver at{optics::surface_frame(input_.scene, hit.triangle, hit.u, hit.v, hit.back,
-                                          input_.direct.lift()),
-                    hit.triangle};
   Random random(mix_bits(numbers.seed ^ hit.triangle));
   Rgb reflectance = input_.elements.reflectance(e);
+  bool through = false;
+  if (const Rgb tau = input_.elements.transmittance(e); !tau.is_black()) {
+    // One side or the other.
+    const float back = reflectance.max() / (reflectance.max() + tau.max());
+    through = !(random.next_float() < back);
+    reflectance = through ? tau * (1 / (1 - back)) : reflectance * (1 / back);
+  }
+  const Receiver at{optics::surface_frame(input_.scene, hit.triangle, hit.u, hit.v,
+                                          hit.back != through, input_.direct.lift()),
+                    hit.triangle};
   if (depth >= kSureDepth) {
     const float survival = std::min(1.0f, reflectance.max());
     if (!(random.next_float() < survival)) return {};
@@ -173,7 +180,7 @@ Gather::Along Gather::along(const rays::Ray& ray, std::uint32_t exclude, const N
       input_.optics, input_.caster, ray, exclude, counts.rays,
       [&](const rays::Hit& hit, const Rgb& weight) {
         if (result.inverse_distance == 0) {
-          result.meets_back = hit.back && !input_.optics.double_sided(hit.triangle);
+          result.meets_back = hit.back && !input_.optics.has_two_sides(hit.triangle);
         }
         result.inverse_distance += 1.0 / std::max(1e-30, static_cast<double>(hit.t));
         result.radiosity +=

@@ -35,8 +35,10 @@ class Ranges {
  public:
   explicit Ranges(const Scene& scene) : scene_(scene) {
     for (const Material& m : scene.materials) {
-      for (const TextureSlot* slot : {&m.base_color_texture, &m.metallic_texture,
-                                      &m.emission_texture, &m.transmission_texture}) {
+      for (const TextureSlot* slot :
+           {&m.base_color_texture, &m.metallic_texture, &m.emission_texture,
+            &m.transmission_texture, &m.diffuse_transmission_texture,
+            &m.diffuse_transmission_color_texture}) {
         if (slot->present() && !ranges_.contains(slot->image)) {
           ranges_.emplace(slot->image, TextureRange(*scene.images[slot->image]));
         }
@@ -106,7 +108,7 @@ struct ColorRange {
 /// Reflectance needs more of a material than its constant factors.
 bool textured(const Material& m) {
   return m.base_color_texture.present() || m.metallic_texture.present() ||
-         m.transmission_texture.present();
+         m.transmission_texture.present() || m.diffuse_transmission_texture.present();
 }
 
 struct Classes {
@@ -122,6 +124,8 @@ struct Optics::Point {
   float alpha;
   float dielectric;    // 1 - metallic
   float transmission;  // of what is there (alpha aside)
+  float diffuse;       // of what is left: transmitted diffusely
+  float scattered() const { return alpha * dielectric * (1 - transmission); }
 };
 
 bool Optics::varying(const Material& m, std::uint32_t triangle) const {
@@ -129,7 +133,7 @@ bool Optics::varying(const Material& m, std::uint32_t triangle) const {
 }
 
 Optics::Point Optics::point(const Material& m, std::uint32_t triangle, float u, float v) const {
-  Point p{m.base_color, m.alpha, 1.0f - m.metallic, m.transmission};
+  Point p{m.base_color, m.alpha, 1.0f - m.metallic, m.transmission, m.diffuse_transmission};
   if (flags_[triangle] & kVertexColor) {
     const auto& corner = scene_->triangles[triangle].vertex;
     const auto& colors = scene_->colors;
@@ -155,6 +159,9 @@ Optics::Point Optics::point(const Material& m, std::uint32_t triangle, float u, 
   if (m.transmission_texture.present() && m.transmission > 0) {
     p.transmission *= sample(*scene_, m.transmission_texture, triangle, u, v, false)[0];
   }
+  if (m.diffuse_transmission_texture.present() && m.diffuse_transmission > 0) {
+    p.diffuse *= sample(*scene_, m.diffuse_transmission_texture, triangle, u, v, false)[3];
+  }
   switch (m.alpha_mode) {
     case AlphaMode::kOpaque:
       p.alpha = 1;
@@ -175,8 +182,9 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
   flags_.resize(count);
   surfaces_.resize(count);
   for (const Material& m : scene.materials) {
-    const Rgb rho = m.base_color * ((1 - m.metallic) * (1 - m.transmission) *
-                                    (m.alpha_mode == AlphaMode::kBlend ? m.alpha : 1.0f));
+    const Rgb rho =
+        m.base_color * ((1 - m.metallic) * (1 - m.transmission) * (1 - m.diffuse_transmission) *
+                        (m.alpha_mode == AlphaMode::kBlend ? m.alpha : 1.0f));
     constant_reflectance_.push_back(textured(m) ? Rgb{} : clamp_reflectance(rho));
   }
   parallel_for(count, 4096, [&](std::size_t begin, std::size_t end) {
@@ -185,6 +193,10 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
       const Material& m = scene.material_of(triangle);
       Classes c;
       if (m.double_sided && options.two_sided) c.flags |= kDoubleSided;
+      if (options.diffuse_transmission && m.diffuse_transmission > 0 && m.metallic < 1 &&
+          !m.diffuse_transmission_color.is_black()) {
+        c.flags |= kDiffuse;
+      }
       if (!m.emission.is_black() &&
           (!m.emission_texture.present() || !all_zero(ranges.of(m.emission_texture, triangle)))) {
         c.flags |= kEmits;
@@ -198,7 +210,9 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
       if (options.textured_reflectance &&
           (color.varies || ranges.varies(m.base_color_texture, triangle, 0, alpha_counts ? 3 : 2) ||
            ranges.varies(m.metallic_texture, triangle, 2, 2) ||
-           ranges.varies(m.transmission_texture, triangle, 0, 0))) {
+           ranges.varies(m.transmission_texture, triangle, 0, 0) ||
+           ranges.varies(m.diffuse_transmission_texture, triangle, 3, 3) ||
+           ranges.varies(m.diffuse_transmission_color_texture, triangle, 0, 2))) {
         c.flags |= kTexturedReflectance;
       }
       float low = m.alpha * color.lowest_alpha, high = m.alpha * color.highest_alpha;
@@ -230,6 +244,7 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
       surfaces_[i] = c.surface;
     }
   });
+  for (const std::uint8_t flags : flags_) diffuse_ = diffuse_ || (flags & kDiffuse) != 0;
   for (const rays::Surface surface : surfaces_) ++counts_[static_cast<std::size_t>(surface)];
   // A lamp modelled twice at one place shines once.
   std::vector<std::uint32_t> lamps;
@@ -246,7 +261,22 @@ Rgb Optics::reflectance(std::uint32_t triangle, float u, float v) const {
   const Material& m = scene_->materials[material];
   if (!varying(m, triangle)) return constant_reflectance_[material];
   const Point p = point(m, triangle, u, v);
-  return clamp_reflectance(p.base_color * (p.alpha * p.dielectric * (1 - p.transmission)));
+  return clamp_reflectance(p.base_color * (p.scattered() * (1 - p.diffuse)));
+}
+
+Rgb Optics::diffuse_transmittance(std::uint32_t triangle, float u, float v) const {
+  if (!transmits_diffusely(triangle)) return {};
+  const Material& m = scene_->material_of(triangle);
+  const Point p = point(m, triangle, u, v);
+  Rgb color = m.diffuse_transmission_color;
+  if (m.diffuse_transmission_color_texture.present()) {
+    const auto texel = sample(*scene_, m.diffuse_transmission_color_texture, triangle, u, v, true);
+    color *= Rgb{texel[0], texel[1], texel[2]};
+  }
+  const Rgb rho = reflectance(triangle, u, v);
+  const Rgb tau = color * (p.scattered() * p.diffuse);
+  const auto left = [](float t, float r) { return std::clamp(t, 0.0f, kMaxReflectance - r); };
+  return {left(tau.r, rho.r), left(tau.g, rho.g), left(tau.b, rho.b)};
 }
 
 Rgb Optics::emission(std::uint32_t triangle, float u, float v) const {

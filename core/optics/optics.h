@@ -18,6 +18,8 @@ constexpr float kMaxReflectance = 0.999f;
 /// With a = alpha coverage (MASK: 0 or 1; BLEND: alpha; OPAQUE: 1), t = transmission:
 ///   reflectance rho = a (1 - t) (1 - metallic) baseColor, at most 0.999
 ///   straight-through T = (1 - a) + a t (1 - metallic) baseColor (thin sheet, no refraction)
+/// and with d = diffuse transmission, of color C: rho is (1 - d) of that, and
+///   diffuse transmittance tau = a (1 - t) (1 - metallic) d C, rho + tau at most 0.999.
 class Optics {
  public:
   /// Effects that a caller may switch off: what is off is not read at all.
@@ -28,6 +30,7 @@ class Optics {
     bool textured_reflectance = true;  // off: one value a triangle, at its centroid
     bool textured_emission = true;
     bool two_sided = true;
+    bool diffuse_transmission = true;
   };
   explicit Optics(const scene::Scene& scene) : Optics(scene, Options{}) {}
   Optics(const scene::Scene& scene, const Options& options);
@@ -39,8 +42,18 @@ class Optics {
   /// Straight-through transmittance per channel.
   Rgb transmittance(std::uint32_t triangle, float u, float v) const;
 
+  /// Share of the light that arrives on one side and leaves the other diffusely.
+  Rgb diffuse_transmittance(std::uint32_t triangle, float u, float v) const;
+
   bool emits(std::uint32_t triangle) const { return flags_[triangle] & kEmits; }
   bool double_sided(std::uint32_t triangle) const { return flags_[triangle] & kDoubleSided; }
+  /// Light passes through diffusely.
+  bool transmits_diffusely(std::uint32_t triangle) const { return flags_[triangle] & kDiffuse; }
+  bool any_diffuse_transmission() const { return diffuse_; }
+  /// Both sides send light back: double-sided materials and those that transmit diffusely.
+  bool has_two_sides(std::uint32_t triangle) const {
+    return flags_[triangle] & (kDoubleSided | kDiffuse);
+  }
   /// Reflectance varies over the triangle (texture), else one value serves.
   bool textured_reflectance(std::uint32_t triangle) const {
     return flags_[triangle] & kTexturedReflectance;
@@ -69,6 +82,7 @@ class Optics {
     kSheet = 16,
     kMask = 32,
     kVertexColor = 64,
+    kDiffuse = 128,
   };
   struct Point;
   /// More than the material's constant factors decides.
@@ -79,6 +93,7 @@ class Optics {
   std::vector<std::uint8_t> flags_;
   std::vector<rays::Surface> surfaces_;
   std::uint64_t counts_[3] = {0, 0, 0};
+  bool diffuse_ = false;
   std::vector<Rgb> constant_reflectance_;  // one per material; used when nothing varies
 };
 

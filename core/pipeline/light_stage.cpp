@@ -88,8 +88,9 @@ Status choose_sides(const JobOptions& options, const Prepared& p, LightmapPlaces
 }  // namespace
 
 accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPlaces& places) {
-  return {area_of(*p.scene, [&](std::uint32_t i) { return p.optics->double_sided(i) ? 2.0 : 1.0; }),
-          places.texels.texels.size()};
+  return {
+      area_of(*p.scene, [&](std::uint32_t i) { return p.optics->has_two_sides(i) ? 2.0 : 1.0; }),
+      places.texels.texels.size()};
 }
 
 Result<LightmapPlaces> make_places(const JobOptions& options, const Prepared& p, StageClock& clock,

@@ -41,9 +41,10 @@ std::unique_ptr<rays::Caster> make_caster(const Prepared& p) {
 optics::Optics::Options optics_options(const plan::EffectPlan& effects) {
   using plan::Effect;
   const auto wanted = [&](Effect e) { return effects.on(e) || !effects[e].called_for; };
-  return {wanted(Effect::kAlphaCutout),      wanted(Effect::kAlphaBlend),
-          wanted(Effect::kTransmission),     wanted(Effect::kTexturedReflectance),
-          wanted(Effect::kTexturedEmission), wanted(Effect::kTwoSided)};
+  return {wanted(Effect::kAlphaCutout),        wanted(Effect::kAlphaBlend),
+          wanted(Effect::kTransmission),       wanted(Effect::kTexturedReflectance),
+          wanted(Effect::kTexturedEmission),   wanted(Effect::kTwoSided),
+          wanted(Effect::kDiffuseTransmission)};
 }
 
 }  // namespace

@@ -310,16 +310,18 @@ void report_counters(Json& report, const Prepared& p, const LightBake& bake) {
   set("alpha_cutout", {{"alpha look-ups", counted(Effect::kAlphaCutout, rays.alpha_lookups)}});
   set("alpha_blend", {{"alpha look-ups", counted(Effect::kAlphaBlend, rays.alpha_lookups)},
                       {"sheet crossings", counted(Effect::kAlphaBlend, rays.sheet_crossings)}});
-  std::uint64_t reflecting = 0, emitting = 0, two_sided = 0;
+  std::uint64_t reflecting = 0, emitting = 0, two_sided = 0, transmitting = 0;
   for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
     reflecting += p.optics->textured_reflectance(i) ? 1u : 0u;
     emitting += p.optics->textured_emission(i) ? 1u : 0u;
     two_sided += p.optics->double_sided(i) ? 1u : 0u;
+    transmitting += p.optics->transmits_diffusely(i) ? 1u : 0u;
   }
   // Textures are looked up on these triangles alone.
   set("textured_reflectance", {{"textured triangles", reflecting}});
   set("textured_emission", {{"textured triangles", emitting}});
   set("two_sided", {{"two-sided triangles", two_sided}});
+  set("diffuse_transmission", {{"transmitting triangles", transmitting}});
   set("directional_lightmaps", {{"directional texels", bake.directional.texels},
                                 {"directional rays", bake.directional.counts.rays.cast()}});
   set("probes", {{"probes", bake.probes.grid.positions.size()},

@@ -178,9 +178,10 @@ void decide_interreflection(EffectPlan& plan, const Scene& scene, bool any_light
   Decision& d = plan[Effect::kInterreflection];
   float brightest = 0;
   for (const Material& m : scene.materials) {
-    brightest =
-        std::max(brightest,
-                 m.base_color.max() * (1.0f - (m.metallic_texture.present() ? 0.0f : m.metallic)));
+    brightest = std::max(
+        brightest,
+        std::max(m.base_color.max(), m.diffuse_transmission * m.diffuse_transmission_color.max()) *
+            (1.0f - (m.metallic_texture.present() ? 0.0f : m.metallic)));
   }
   const bool to_probes = !scene.moving.empty() && !scene.triangles.empty();
   const bool mutual = to_probes || can_shadow(scene, false) || [&] {
@@ -301,8 +302,9 @@ Result<EffectPlan> make_plan(const Scene& scene, const optics::Optics& optics,
          "materials are double-sided", "no material is double-sided");
   decide(plan[Effect::kDiffuseTransmission], scene,
          materials_where(
-             scene, [&](std::uint32_t i) { return scene.material_of(i).diffuse_transmission > 0; }),
-         "materials transmit diffusely", "no material transmits diffusely");
+             scene, [&](std::uint32_t i) { return any_light && optics.transmits_diffusely(i); }),
+         "materials transmit diffusely",
+         any_light ? "no material transmits diffusely" : "there is no light");
   decide(plan[Effect::kDirectionalLightmaps], scene,
          materials_where(scene,
                          [&](std::uint32_t i) {
@@ -312,11 +314,6 @@ Result<EffectPlan> make_plan(const Scene& scene, const optics::Optics& optics,
          "lit materials have normal maps",
          any_light ? "no lit material has a normal map" : "there is no light");
   decide_probes(plan[Effect::kProbes], scene, any_light);
-  Decision& diffuse_transmission = plan[Effect::kDiffuseTransmission];
-  diffuse_transmission.simulated = false;
-  if (diffuse_transmission.called_for) {
-    diffuse_transmission.reason += "; this version does not simulate it";
-  }
   for (Decision& d : plan.decisions) d.on = d.called_for && d.simulated;
   LB_RETURN_IF_ERROR(apply_overrides(plan, overrides));
   return plan;

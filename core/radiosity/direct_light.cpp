@@ -310,7 +310,7 @@ Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pi
 
 Rgb DirectLight::emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,
                                RayCounts& counts) const {
-  ++counts.emitter_shadow;
+  ++(e.is_point() ? counts.punctual_shadow : counts.emitter_shadow);
   return through({at.frame.origin, point - at.frame.origin, 0.0f, kShadowEnd}, at.triangle,
                  e.triangle, counts);
 }

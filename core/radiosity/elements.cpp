@@ -114,6 +114,7 @@ Elements::Elements(const Scene& scene, const Hierarchy& tree, const optics::Opti
   add_cells(scene, optics, plan);
   reflectance_.resize(area_.size());
   average_reflectance(optics);
+  find_behind();
 }
 
 void Elements::add_groups(const Scene& scene, const Hierarchy& tree, const optics::Optics& optics,
@@ -142,7 +143,7 @@ void Elements::add_groups(const Scene& scene, const Hierarchy& tree, const optic
       const int direction = direction_of(scene, triangle);
       const auto area = static_cast<float>(triangle_area(scene, triangle));
       entries.push_back({triangle, 2 * direction, area});
-      if (optics.double_sided(triangle)) {
+      if (optics.has_two_sides(triangle)) {
         entries.push_back({triangle, 2 * (direction ^ 1) + 1, area});
       }
     }
@@ -186,7 +187,7 @@ void Elements::add_cells(const Scene& scene, const optics::Optics& optics, Plan&
         2.0 * triangle_area(scene, d.triangle) / (static_cast<double>(d.rows) * d.columns);
     Face& face = faces_[d.triangle];
     face.grid = grid;
-    for (int side = 0; side < (optics.double_sided(d.triangle) ? 2 : 1); ++side) {
+    for (int side = 0; side < (optics.has_two_sides(d.triangle) ? 2 : 1); ++side) {
       (side == 0 ? face.front : face.back) = count();
       grid_first_.push_back(count());
       grid_of_.push_back(grid);
@@ -304,53 +305,12 @@ std::span<const std::uint32_t> Elements::group(ElementId e) const {
       .subspan(group_start_[e], group_start_[e + 1] - group_start_[e]);
 }
 
-void Elements::average_reflectance(const optics::Optics& optics) {
-  constexpr int kTexturedSamples = 16;
-  parallel_for(count(), 1024, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto e = static_cast<ElementId>(i);
-      Rgbd sum;
-      if (!is_cell(e)) {
-        // Exact over the members where they are uniform; sampled where a texture varies.
-        float below = 0;
-        for (std::uint32_t k = group_start_[e]; k < group_start_[e + 1]; ++k) {
-          const std::uint32_t triangle = group_triangles_[k];
-          Rgbd mean;
-          if (optics.textured_reflectance(triangle)) {
-            for (int s = 0; s < 4; ++s) {
-              const float u = s == 0 ? 1.0f / 3 : s == 1 ? 0.6f : 0.2f;
-              const float v = s == 0 ? 1.0f / 3 : s == 2 ? 0.6f : 0.2f;
-              mean += to_double(optics.reflectance(triangle, u, v)) * 0.25;
-            }
-          } else {
-            mean = to_double(optics.reflectance(triangle, 1.0f / 3, 1.0f / 3));
-          }
-          sum += mean * static_cast<double>(group_cumulative_[k] - below);
-          below = group_cumulative_[k];
-        }
-      } else {
-        const ElementPoint first = point(e, 0.5f, 0.5f);
-        if (optics.textured_reflectance(first.triangle)) {
-          Random random(item_seed(0x5eed, e));
-          for (int s = 0; s < kTexturedSamples; ++s) {
-            const float a = (static_cast<float>(s) + random.next_float()) / kTexturedSamples;
-            const ElementPoint p = point(e, a, random.next_float());
-            sum += to_double(optics.reflectance(p.triangle, p.u, p.v)) / kTexturedSamples;
-          }
-        } else {
-          sum = to_double(optics.reflectance(first.triangle, first.u, first.v));
-        }
-      }
-      reflectance_[i] = to_float(sum);
-    }
-  });
-}
-
 std::size_t Elements::memory_bytes() const {
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   return bytes(faces_) + bytes(grids_) + bytes(row_start_) + bytes(grid_first_) + bytes(grid_of_) +
-         bytes(area_) + bytes(reflectance_) + bytes(back_) + bytes(group_start_) +
-         bytes(group_triangles_) + bytes(group_cumulative_);
+         bytes(area_) + bytes(reflectance_) + bytes(transmittance_) + bytes(behind_start_) +
+         bytes(behind_) + bytes(back_) + bytes(group_start_) + bytes(group_triangles_) +
+         bytes(group_cumulative_);
 }
 
 }  // namespace lightbatch::radiosity

@@ -46,6 +46,19 @@ class Elements {
   float area(ElementId e) const { return area_[e]; }
   /// Mean reflectance over the element.
   const Rgb& reflectance(ElementId e) const { return reflectance_[e]; }
+  /// Mean share of the light arriving on the other side that leaves this one.
+  Rgb transmittance(ElementId e) const {
+    return transmittance_.empty() ? Rgb{} : transmittance_[e];
+  }
+  /// Some element has a transmittance.
+  bool transmits() const { return !transmittance_.empty(); }
+  /// visit(element, share): what lies behind an element that transmits; shares add up to 1.
+  template <typename Visit>
+  void for_each_behind(ElementId e, Visit visit) const {
+    for (auto k = behind_start_[e]; k < behind_start_[e + 1]; ++k) {
+      visit(behind_[k].element, behind_[k].share);
+    }
+  }
   /// The side away from the counter-clockwise normal.
   bool is_back(ElementId e) const { return back_[e] != 0; }
   bool is_cell(ElementId e) const { return e >= first_cell_; }
@@ -89,6 +102,9 @@ class Elements {
   void add_groups(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                   const optics::Optics& optics, Plan& plan);
   void average_reflectance(const optics::Optics& optics);
+  template <typename Value>
+  Rgb mean_over(ElementId e, const optics::Optics& optics, Value value) const;
+  void find_behind();
 
   double edge_ = 0;
   ElementId first_cell_ = 0;
@@ -99,6 +115,13 @@ class Elements {
   std::vector<std::uint32_t> grid_of_;  // the grid of each entry of grid_first_
   std::vector<float> area_;
   std::vector<Rgb> reflectance_;
+  struct Behind {
+    ElementId element;
+    float share;
+  };
+  std::vector<Rgb> transmittance_;           // empty, as the next two, where nothing transmits
+  std::vector<std::uint32_t> behind_start_;  // per element and one past
+  std::vector<Behind> behind_;
   std::vector<std::uint8_t> back_;
   std::vector<std::uint32_t> group_start_;  // per group, into group_triangles_
   std::vector<std::uint32_t> group_triangles_;

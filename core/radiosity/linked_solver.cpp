@@ -14,6 +14,7 @@
 #include "core/radiosity/linked_refine.h"
 #include "core/radiosity/linked_transport.h"
 #include "core/radiosity/linked_tree.h"
+#include "core/radiosity/reflection.h"
 
 namespace lightbatch::radiosity {
 namespace {
@@ -51,8 +52,10 @@ std::vector<Rgb> iterate(const Elements& elements, const Transport& transport,
                          std::vector<Rgb>& radiosity, Solution::Statistics& statistics,
                          const Progress& progress) {
   const std::uint32_t count = elements.count();
+  // What is sent back of equal light on both sides.
   std::vector<Rgb> rho(count);
-  for (ElementId e = 0; e < count; ++e) rho[e] = elements.reflectance(e);
+  for (ElementId e = 0; e < count; ++e)
+    rho[e] = elements.reflectance(e) + elements.transmittance(e);
   // What adding rho to every B changes: sum A (rho - rho K rho).
   const std::vector<Rgb> correction = transport.apply(rho);
   const Rgbd response = area_sum(elements, [&](ElementId e) {
@@ -61,22 +64,17 @@ std::vector<Rgb> iterate(const Elements& elements, const Transport& transport,
   std::vector<Rgb> arriving;
   for (int i = 1; i <= kMaxIterations && !progress.cancelled(); ++i) {
     arriving = transport.apply(radiosity);
-    const Rgbd imbalance = area_sum(elements, [&](ElementId e) {
-      return to_double(start[e]) + to_double(rho[e]) * to_double(arriving[e]) -
-             to_double(radiosity[e]);
-    });
-    const Rgbd balance = divide(imbalance, response);
-    const Rgb c = to_float(balance);
-    Rgbd change, size;
-    change = area_sum(elements, [&](ElementId e) {
-      return magnitude(to_double(start[e] + rho[e] * (arriving[e] + correction[e] * c)) -
-                       to_double(radiosity[e]));
-    });
-    for (ElementId e = 0; e < count; ++e) {
-      arriving[e] += correction[e] * c;
-      radiosity[e] = start[e] + rho[e] * arriving[e];
-    }
-    size = area_sum(elements, [&](ElementId e) { return to_double(radiosity[e]); });
+    const auto sent = [&](ElementId e) {
+      return to_double(start[e]) + sent_back(elements, e, lux_of(arriving));
+    };
+    const Rgbd imbalance =
+        area_sum(elements, [&](ElementId e) { return sent(e) - to_double(radiosity[e]); });
+    const Rgb c = to_float(divide(imbalance, response));
+    for (ElementId e = 0; e < count; ++e) arriving[e] += correction[e] * c;
+    const Rgbd change = area_sum(
+        elements, [&](ElementId e) { return magnitude(sent(e) - to_double(radiosity[e])); });
+    for (ElementId e = 0; e < count; ++e) radiosity[e] = to_float(sent(e));
+    const Rgbd size = area_sum(elements, [&](ElementId e) { return to_double(radiosity[e]); });
     statistics.iterations += 1;
     statistics.residual = divide(change, size).max();
     if (statistics.residual < tolerance) break;
@@ -100,7 +98,8 @@ Result<Solution> solve_linked(const SolverInput& input, const SolverOptions& opt
 
   std::vector<Rgb> start(count);
   for (ElementId e = 0; e < count; ++e) {
-    start[e] = elements.reflectance(e) * (solution.irradiance[e] + rays.sky[e]);
+    start[e] = to_float(sent_back(
+        elements, e, [&](ElementId o) { return to_double(solution.irradiance[o] + rays.sky[o]); }));
   }
   statistics.emitted = area_sum(
       elements, [&](ElementId e) { return to_double(solution.irradiance[e] + rays.sky[e]); });
@@ -137,7 +136,7 @@ Result<Solution> solve_linked(const SolverInput& input, const SolverOptions& opt
   statistics.escaped = reflected - arrived;
   statistics.absorbed = area_sum(elements, [&](ElementId e) {
     const Rgbd total = to_double(solution.irradiance[e] + rays.sky[e] + gathered[e]);
-    return total * (Rgbd{1, 1, 1} - to_double(elements.reflectance(e)));
+    return total * absorbed_share(elements, e);
   });
   solution.indirect.resize(count);
   for (ElementId e = 0; e < count; ++e) {
@@ -146,6 +145,7 @@ Result<Solution> solve_linked(const SolverInput& input, const SolverOptions& opt
     solution.irradiance[e] += rest;
     solution.unresolved[e] = elements.reflectance(e) * (solution.unresolved[e] + rest);
   }
+  add_through(elements, solution);
   solution.radiosity = std::move(radiosity);
   statistics.memory_bytes += tree.memory_bytes() + rays.memory_bytes() + elements.memory_bytes() +
                              std::uint64_t{count} * 8 * sizeof(Rgb);

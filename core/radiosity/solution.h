@@ -22,15 +22,15 @@ enum class LightState : std::uint8_t { kDark = 0, kLit = 1, kMixed = 2 };
 /// `radiosity` as a mean too; a reader that wants their shadows sharp takes `unresolved` and adds
 /// the lights itself (lit: formula; mixed: formula and one shadow ray).
 struct Solution {
-  std::vector<Rgb> radiosity;              // per element, lm/m2, all light
-  std::vector<Rgb> unresolved;             // per element, without the resolved lights' direct part
-  std::vector<Rgb> irradiance;             // per element, lux, all light
-  std::vector<Rgb> indirect;               // per element, lux, from the hemisphere: sky and
-                                           // interreflection
-  std::vector<float> crowding;             // per element, share of its hemisphere that is nearer
-                                           // than 1.5 element edges; empty: not known
-  std::vector<std::uint32_t> resolved;     // indices of punctual lights, at most kResolvedLights
-  GroupedLight unresolved_by_group;        // per element, unresolved by light group; empty: not asked
+  std::vector<Rgb> radiosity;           // per element, lm/m2, all light
+  std::vector<Rgb> unresolved;          // per element, without the resolved lights' direct part
+  std::vector<Rgb> irradiance;          // per element, lux, all light
+  std::vector<Rgb> indirect;            // per element, lux, from the hemisphere: sky and
+                                        // interreflection
+  std::vector<float> crowding;          // per element, share of its hemisphere that is nearer
+                                        // than 1.5 element edges; empty: not known
+  std::vector<std::uint32_t> resolved;  // indices of punctual lights, at most kResolvedLights
+  GroupedLight unresolved_by_group;     // per element, unresolved by light group; empty: not asked
   std::vector<std::uint16_t> light_state;  // 2 bits per resolved light; empty when there is none
 
   struct Statistics {

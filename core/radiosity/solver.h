@@ -42,8 +42,8 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
 /// The common part: irradiance from lights, emitters of every element, and the state of the
 /// resolved lights (fills irradiance, unresolved, resolved, light_state with direct light only;
 /// radiosity stays empty).
-/// direct_by_group, where groups are asked: direct light, lux, per element; unresolved_by_group then
-/// holds that of the lights that are not resolved.
+/// direct_by_group, where groups are asked: direct light, lux, per element; unresolved_by_group
+/// then holds that of the lights that are not resolved.
 Solution measure_direct(const SolverInput& input, const SolverOptions& options,
                         const Progress& progress, GroupedLight* direct_by_group = nullptr);
 

@@ -14,6 +14,7 @@
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
 #include "core/radiosity/hemisphere_walk.h"
+#include "core/radiosity/reflection.h"
 #include "core/radiosity/solver.h"
 
 namespace lightbatch::radiosity {
@@ -154,13 +155,11 @@ Rgbd correction(const Rgbd& first, const Rgbd& held) {
   return {ratio(first.r, held.r), ratio(first.g, held.g), ratio(first.b, held.b)};
 }
 
-/// B = B0 + rho K B, solved in place.
+/// B = B0 + rho K B (and tau K B of what lies behind), solved in place.
 class StoredRaySystem {
  public:
   StoredRaySystem(const Elements& elements, const Links& links, const SolverOptions& options)
-      : elements_(elements), links_(links), options_(options), rho_(elements.count()) {
-    for (ElementId e = 0; e < elements.count(); ++e) rho_[e] = elements.reflectance(e);
-  }
+      : elements_(elements), links_(links), options_(options) {}
 
   struct Answer {
     std::vector<Rgb> radiosity;
@@ -177,8 +176,7 @@ class StoredRaySystem {
     if (links_.source.empty()) return answer;
     std::vector<Rgb>& radiosity = answer.radiosity;
     // What the first bounce brings in all: sum A rho K B0.
-    const Rgbd first_bounce = area_sum(
-        elements_, [&](ElementId e) { return to_double(rho_[e]) * row_sum(links_, e, start); });
+    const Rgbd first_bounce = area_sum(elements_, [&](ElementId e) { return bounced(e, start); });
     std::vector<Rgb> next(count), indirect(count);
     for (int iteration = 1; iteration <= kMaxIterations; ++iteration) {
       if (progress.cancelled()) return cancelled();
@@ -193,9 +191,8 @@ class StoredRaySystem {
       // first bounce bring balances what it holds, sum A (rho K (B0 + s I) - s I) = 0. A factor
       // leaves dark rooms dark, where an added constant would light them.
       for (ElementId e = 0; e < count; ++e) indirect[e] = radiosity[e] - start[e];
-      const Rgbd held = area_sum(elements_, [&](ElementId e) {
-        return to_double(indirect[e]) - to_double(rho_[e]) * row_sum(links_, e, indirect);
-      });
+      const Rgbd held = area_sum(
+          elements_, [&](ElementId e) { return to_double(indirect[e]) - bounced(e, indirect); });
       const Rgbd scale = correction(first_bounce, held);
       for (ElementId e = 0; e < count; ++e) {
         radiosity[e] = start[e] + indirect[e] * to_float(scale);
@@ -214,6 +211,10 @@ class StoredRaySystem {
   }
 
  private:
+  Rgbd bounced(ElementId e, const std::vector<Rgb>& x) const {
+    return sent_back(elements_, e, [&](ElementId o) { return row_sum(links_, o, x); });
+  }
+
   /// In place inside a chunk, last iteration's values outside: the same on any thread count.
   void sweep(const std::vector<Rgb>& start, const std::vector<Rgb>& radiosity,
              std::vector<Rgb>& next) const {
@@ -227,7 +228,10 @@ class StoredRaySystem {
           const Rgb& b = s >= begin && s < i ? next[s] : radiosity[s];
           sum += links_.weight.empty() ? to_double(b) : to_double(b * links_.weight[k]);
         }
-        next[e] = start[e] + rho_[e] * to_float(sum * static_cast<double>(links_.scale[e]));
+        const Rgb through = to_float(
+            sent_through(elements_, e, [&](ElementId o) { return row_sum(links_, o, radiosity); }));
+        next[e] = start[e] + through +
+                  elements_.reflectance(e) * to_float(sum * static_cast<double>(links_.scale[e]));
       }
     });
   }
@@ -235,7 +239,6 @@ class StoredRaySystem {
   const Elements& elements_;
   const Links& links_;
   const SolverOptions& options_;
-  std::vector<Rgb> rho_;
 };
 
 /// The share of every light group in what the elements send out: one more solution each, on the
@@ -246,14 +249,18 @@ Status solve_groups(const StoredRaySystem& system, const Elements& elements,
   const std::size_t last = direct.groups() - 1;
   std::vector<Rgb> start(elements.count());
   for (std::size_t g = 0; g <= last; ++g) {
-    const auto arrives = [&](ElementId e) { return g == last ? sky[e] : direct.of(e)[g]; };
+    const auto arrives = [&](ElementId e) {
+      return to_double(g == last ? sky[e] : direct.of(e)[g]);
+    };
     for (ElementId e = 0; e < elements.count(); ++e) {
-      start[e] = elements.reflectance(e) * arrives(e);
+      start[e] = to_float(sent_back(elements, e, arrives));
     }
     LB_ASSIGN_OR_RETURN(const auto answer, system.solve(start, progress));
+    const auto in_all = [&](ElementId e) { return arrives(e) + to_double(answer.gathered[e]); };
     for (ElementId e = 0; e < elements.count(); ++e) {
       Rgb& own = solution.unresolved_by_group.of(e)[g];
-      own = elements.reflectance(e) * (own + answer.gathered[e] + (g == last ? sky[e] : Rgb{}));
+      own = elements.reflectance(e) * (own + answer.gathered[e] + (g == last ? sky[e] : Rgb{})) +
+            to_float(sent_through(elements, e, in_all));
     }
   }
   return {};
@@ -284,7 +291,8 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
   // B0 = rho (direct + sky); then B = B0 + rho K B.
   std::vector<Rgb> start(count);
   for (ElementId e = 0; e < count; ++e) {
-    start[e] = elements.reflectance(e) * (solution.irradiance[e] + sky[e]);
+    start[e] = to_float(sent_back(
+        elements, e, [&](ElementId o) { return to_double(solution.irradiance[o] + sky[o]); }));
   }
   statistics.emitted =
       area_sum(elements, [&](ElementId e) { return to_double(solution.irradiance[e] + sky[e]); });
@@ -304,7 +312,7 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
   statistics.escaped = reflected - arrived;
   statistics.absorbed = area_sum(elements, [&](ElementId e) {
     const Rgbd total = to_double(solution.irradiance[e] + sky[e] + gathered[e]);
-    return total * (Rgbd{1, 1, 1} - to_double(elements.reflectance(e)));
+    return total * absorbed_share(elements, e);
   });
   solution.indirect.resize(count);
   for (ElementId e = 0; e < count; ++e) {
@@ -313,6 +321,7 @@ Result<Solution> solve_stored_rays(const SolverInput& input, const SolverOptions
     solution.irradiance[e] += rest;
     solution.unresolved[e] = elements.reflectance(e) * (solution.unresolved[e] + rest);
   }
+  add_through(elements, solution);
   solution.radiosity = std::move(answer.radiosity);
   statistics.memory_bytes =
       links.memory_bytes() + elements.memory_bytes() + std::uint64_t{count} * (5 * sizeof(Rgb) + 2);

@@ -48,10 +48,12 @@ struct Material {
   bool double_sided = false;
   bool unlit = false;
   bool has_normal_map = false;
-  float transmission = 0;            // KHR_materials_transmission, thin sheet
-  TextureSlot transmission_texture;  // red channel
-  float diffuse_transmission = 0;    // KHR_materials_diffuse_transmission
+  float transmission = 0;                    // KHR_materials_transmission, thin sheet
+  TextureSlot transmission_texture;          // red channel
+  float diffuse_transmission = 0;            // KHR_materials_diffuse_transmission
+  TextureSlot diffuse_transmission_texture;  // alpha channel
   Rgb diffuse_transmission_color{1, 1, 1};
+  TextureSlot diffuse_transmission_color_texture;  // sRGB
 };
 
 enum class LightKind : std::uint8_t { kPoint, kSpot, kDirectional };

@@ -91,6 +91,13 @@ void read_transmission(const tinygltf::Material& source, Clamp& clamp, const std
     material.diffuse_transmission_color =
         unit_color(clamp, number(*found, kColor, 0, 1), number(*found, kColor, 1, 1),
                    number(*found, kColor, 2, 1));
+    if (material.diffuse_transmission > 0) {
+      constexpr const char* kFactor = "diffuseTransmissionTexture";
+      constexpr const char* kColorTexture = "diffuseTransmissionColorTexture";
+      material.diffuse_transmission_texture = textures.slot(*found, kFactor, place + "/" + kFactor);
+      material.diffuse_transmission_color_texture =
+          textures.slot(*found, kColorTexture, place + "/" + kColorTexture);
+    }
   }
 }
 
