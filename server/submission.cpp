@@ -164,6 +164,7 @@ Result<pipeline::JobOptions> to_pipeline(const v1::JobOptions& in) {
   out.levels.assign(in.levels().begin(), in.levels().end());
   out.compare = in.compare();
   out.lights_file = in.lights_file();
+  out.cameras_file = in.cameras_file();
   return out;
 }
 
@@ -213,6 +214,7 @@ Result<JobStore::Submission> make_submission(const v1::SubmitJobRequest& request
   LB_RETURN_IF_ERROR(engine.validate(options));
   LB_RETURN_IF_ERROR(check_named_file(scene, options.sky_file, "sky_file"));
   LB_RETURN_IF_ERROR(check_named_file(scene, options.lights_file, "lights_file"));
+  LB_RETURN_IF_ERROR(check_named_file(scene, options.cameras_file, "cameras_file"));
   for (const std::string& other : options.other_scenes)
     LB_RETURN_IF_ERROR(check_named_file(scene, other, "other_scenes"));
   if (options.profile.ends_with(".json")) {

@@ -22,6 +22,7 @@ struct JobWords {
   std::string lights = "remove";
   std::string solver = "auto";
   std::string profile = "desktop";
+  std::string cameras;  // file
   int max_batches = 0;
   bool no_batches = false;
   bool no_lightmaps = false;

@@ -99,6 +99,8 @@ class Builder {
     const bool named =
         words_.profile == "desktop" || words_.profile == "webgl" || words_.profile == "mobile";
     options.set_profile(named ? words_.profile : add_file(words_.profile, "profile", "--profile"));
+    if (!words_.cameras.empty())
+      options.set_cameras_file(add_file(words_.cameras, "cameras", "--cameras"));
     options.set_max_batches(words_.max_batches);
     options.set_skip_batches(words_.no_batches);
     options.set_skip_lightmaps(words_.no_lightmaps);

@@ -68,6 +68,17 @@ void add_scene(CLI::App& command, Words& words) {
   add_common(command, words);
 }
 
+/// Who looks at the scene, and with what.
+void add_viewer(CLI::App& command, Words& words) {
+  command
+      .add_option("--profile", words.job.profile,
+                  "Target hardware: desktop, webgl, mobile or a .json file")
+      ->capture_default_str();
+  command.add_option("--cameras", words.job.cameras,
+                     "Views to choose batches for, instead of where people can stand (.json): "
+                     "[{\"eye\": [0, 1.6, 0], \"target\": [0, 1.6, 1], \"weight\": 1}, ...]");
+}
+
 void add_light(CLI::App& command, Words& words) {
   command
       .add_option("--texels-per-metre", words.job.texels_per_metre,
@@ -81,10 +92,7 @@ void add_light(CLI::App& command, Words& words) {
   command.add_option("--carrier", words.job.carrier, "How light travels: lightmap, portable, both")
       ->check(CLI::IsMember({"lightmap", "portable", "both"}))
       ->capture_default_str();
-  command
-      .add_option("--profile", words.job.profile,
-                  "Target hardware: desktop, webgl, mobile or a .json file")
-      ->capture_default_str();
+  add_viewer(command, words);
   command.add_option("--max-batches", words.job.max_batches, "Most batches (default: by cost)")
       ->check(CLI::Range(1, 1'000'000'000));
   command
@@ -174,10 +182,7 @@ int run(int argc, char** argv) {
   hierarchy->add_flag("--compare", words.job.compare, "Measure other builders too");
   auto* views = app.add_subcommand("views", "Draws and triangles that views submit, file by file");
   views->add_option("SCENE", words.job.others, "Files; the first gives the views")->required();
-  views
-      ->add_option("--profile", words.job.profile,
-                   "Costs and eyes: desktop, webgl, mobile or a .json file")
-      ->capture_default_str();
+  add_viewer(*views, words);
   views->add_option("-o,--output", words.job.output, "Folder for views.json");
   views->add_option("--threads", words.job.threads, "Threads")->check(CLI::Range(1, 1024));
   views->add_option("--report", words.job.report, "Write views.json to this file too");

@@ -43,20 +43,21 @@ class ObjectDraws {
 std::uint64_t ideal_triangles(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                               const Frustum& frustum) {
   std::uint64_t count = 0;
-  std::vector<std::uint32_t> stack;
-  if (!tree.is_empty()) stack.push_back(0);
+  // Nodes and the planes that they are not wholly inside of.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> stack;
+  if (!tree.is_empty()) stack.emplace_back(0, Frustum::kAllPlanes);
   while (!stack.empty()) {
-    const std::uint32_t node = stack.back();
+    auto [node, planes] = stack.back();
     stack.pop_back();
-    if (frustum.outside(tree.box(node))) continue;
-    if (frustum.holds(tree.box(node))) {
+    if (frustum.outside(tree.box(node), planes)) continue;
+    if (planes == 0) {
       count += tree.count(node);
     } else if (tree.is_leaf(node)) {
       const auto c = scene.corners(tree.primitive(tree.first(node)));
       if (!frustum.outside(to_double(c[0]), to_double(c[1]), to_double(c[2]))) ++count;
     } else {
-      stack.push_back(tree.right(node));
-      stack.push_back(tree.left(node));
+      stack.emplace_back(tree.right(node), planes);
+      stack.emplace_back(tree.left(node), planes);
     }
   }
   return count;
@@ -145,9 +146,9 @@ ViewsFigures measure_draws(const ViewSet& set, const std::vector<DrawItem>& draw
   });
   ViewsFigures mean;
   for (std::size_t v = 0; v < per_view.size(); ++v) {
-    const bool inside = set.views[v].inside;
-    const double share = 1.0 / std::max(1u, inside ? set.inside : set.outside);
-    ViewFigures& into = inside ? mean.inside : mean.outside;
+    const View& view = set.views[v];
+    const double share = set.share(view);
+    ViewFigures& into = view.inside ? mean.inside : mean.outside;
     into.draws += share * per_view[v].draws;
     into.triangles += share * per_view[v].triangles;
     into.cost += share * per_view[v].cost;
@@ -155,37 +156,31 @@ ViewsFigures measure_draws(const ViewSet& set, const std::vector<DrawItem>& draw
   return mean;
 }
 
-ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,
-                           const std::vector<DrawItem>& draws) {
-  ViewSet set;
-  set.profile = profile;
-  set.views = sampled_views(scene, profile, kInsideViews, kOutsideViews);
-  for (const View& view : set.views) ++(view.inside ? set.inside : set.outside);
-  return measure_draws(set, draws);
+ViewSet::ViewSet(const Profile& profile_, std::vector<View> views_)
+    : profile(profile_), views(std::move(views_)) {
+  for (const View& view : views) {
+    ++(view.inside ? inside : outside);
+    (view.inside ? inside_weight : outside_weight) += view.weight;
+  }
 }
 
 ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                      const Profile& profile) {
-  ViewSet set;
-  set.profile = profile;
-  set.views = sampled_views(scene, profile, kInsideViews, kOutsideViews);
+                      const Viewpoints& viewpoints) {
+  ViewSet set(viewpoints.profile(), viewpoints.sample(kInsideViews, kOutsideViews));
   std::vector<std::uint64_t> ideal(set.views.size());
   parallel_for(ideal.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v)
-      ideal[v] = ideal_triangles(scene, tree, Frustum(set.views[v], profile));
+      ideal[v] = ideal_triangles(scene, tree, Frustum(set.views[v], set.profile));
   });
-  for (std::size_t v = 0; v < ideal.size(); ++v) {
-    ++(set.views[v].inside ? set.inside : set.outside);
-    (set.views[v].inside ? set.ideal_inside : set.ideal_outside) += static_cast<double>(ideal[v]);
-  }
-  set.ideal_inside /= std::max(1u, set.inside);
-  set.ideal_outside /= std::max(1u, set.outside);
+  for (std::size_t v = 0; v < ideal.size(); ++v)
+    (set.views[v].inside ? set.ideal_inside : set.ideal_outside) +=
+        set.share(set.views[v]) * static_cast<double>(ideal[v]);
   return set;
 }
 
 ViewsReport measure_views(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                          const Profile& profile, const BatchPlan& plan) {
-  const ViewSet set = make_view_set(scene, tree, profile);
+                          const Viewpoints& viewpoints, const BatchPlan& plan) {
+  const ViewSet set = make_view_set(scene, tree, viewpoints);
   ViewsReport report;
   report.inside_views = set.inside;
   report.outside_views = set.outside;

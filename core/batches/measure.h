@@ -42,22 +42,28 @@ struct ViewsReport {
   ViewsFigures before, after;
 };
 
-/// The views that measures are means of: fixed for a scene and profile.
+/// The views that measures are means of, by weight.
 struct ViewSet {
+  ViewSet() = default;
+  ViewSet(const Profile& profile, std::vector<View> views);
+  /// Of the mean over the views inside, or over those outside.
+  double share(const View& view) const {
+    return view.weight / (view.inside ? inside_weight : outside_weight);
+  }
+
   Profile profile;
   std::vector<View> views;
   std::uint32_t inside = 0, outside = 0;
+  double inside_weight = 0, outside_weight = 0;
   double ideal_inside = 0, ideal_outside = 0;  // triangles not wholly outside one frustum plane
 };
+/// 256 views inside and 16 outside, fixed for a scene and profile, or the caller's cameras.
 ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                      const Profile& profile);
+                      const Viewpoints& viewpoints);
+/// Means over the views (frustum culling of boxes).
 ViewsFigures measure_draws(const ViewSet& views, const std::vector<DrawItem>& draws);
-
-/// Means over a fixed set of views (frustum culling of boxes).
-ViewsFigures measure_draws(const scene::Scene& scene, const Profile& profile,
-                           const std::vector<DrawItem>& draws);
 /// Input and plan against the ideal culler of single triangles.
 ViewsReport measure_views(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                          const Profile& profile, const BatchPlan& plan);
+                          const Viewpoints& viewpoints, const BatchPlan& plan);
 
 }  // namespace lightbatch::batches

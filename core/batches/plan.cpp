@@ -44,13 +44,9 @@ double expected_inside_draws(const std::vector<DrawItem>& draws, const ViewDistr
 }
 
 /// Draws of a mean view from inside, counted.
-double sampled_inside_draws(const scene::Scene& scene, const Profile& profile,
-                            const std::vector<DrawItem>& draws) {
+double sampled_inside_draws(const Viewpoints& viewpoints, const std::vector<DrawItem>& draws) {
   constexpr std::uint32_t kViews = 256;
-  ViewSet set;
-  set.profile = profile;
-  set.views = sampled_views(scene, profile, kViews, 0, kPlanningViews);
-  set.inside = static_cast<std::uint32_t>(set.views.size());
+  const ViewSet set(viewpoints.profile(), viewpoints.sample(kViews, 0, kPlanningViews));
   return measure_draws(set, draws).inside.draws;
 }
 
@@ -250,14 +246,15 @@ void fill_plan(const Subject& s, const Prices& prices, BatchPlan& result) {
 }  // namespace
 
 Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                       const Profile& profile, const BatchOptions& options,
+                       const Viewpoints& viewpoints, const BatchOptions& options,
                        const Progress& progress) {
+  const Profile& profile = viewpoints.profile();
   LB_RETURN_IF_ERROR(check(scene, tree, options));
   BatchPlan result;
   result.max_vertices = options.max_vertices != 0 ? options.max_vertices : profile.max_vertices;
   progress.report("batches", 0);
 
-  const ViewDistribution views(scene, profile);
+  const ViewDistribution views(viewpoints);
   const KeyMap keys = map_keys(scene, options);
   const Fates fates = decide_fates(scene, options, keys);
   std::vector<bool> merged(scene.triangles.size());
@@ -295,7 +292,7 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
   const BatchPlan empty = result;
   double limit = options.draws_share * expected_inside_draws(before, views);
   const double wanted =
-      limited ? options.draws_share * sampled_inside_draws(scene, profile, before) : 0;
+      limited ? options.draws_share * sampled_inside_draws(viewpoints, before) : 0;
   for (int attempt = 1;; ++attempt) {
     if (progress.cancelled()) return cancelled();
     const Prices chosen = limited ? prices_within(problem, prices, limit) : prices;
@@ -303,7 +300,7 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
     result.draw_price = chosen.draw;
     fill_plan(subject, chosen, result);
     if (!limited || attempt == kTries) break;
-    const double drawn = sampled_inside_draws(scene, profile, draws_of_plan(scene, result));
+    const double drawn = sampled_inside_draws(viewpoints, draws_of_plan(scene, result));
     if (drawn <= wanted || chosen.draw >= kDearestDraw) break;
     limit *= wanted / drawn;
   }

@@ -6,7 +6,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/status.h"
-#include "core/batches/profile.h"
+#include "core/batches/viewpoints.h"
 #include "core/hierarchy/hierarchy.h"
 #include "core/math/aabb.h"
 #include "core/scene/scene.h"
@@ -124,11 +124,11 @@ struct BatchPlan {
   std::vector<CurvePoint> curve;    // few draws first
 };
 
-/// Chooses batches: the cut through the hierarchy (over the scene's triangles) of least expected
-/// cost of a frame, then whole objects where a split does not pay. Deterministic; O(n log n).
-/// BAD_OPTION, CANCELLED.
+/// Chooses batches for a profile and the views that it has of the scene: the cut through the
+/// hierarchy (over the scene's triangles) of least expected cost of a frame, then whole objects
+/// where a split does not pay. Deterministic; O(n log n). BAD_OPTION, CANCELLED.
 Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                       const Profile& profile, const BatchOptions& options,
+                       const Viewpoints& viewpoints, const BatchOptions& options,
                        const Progress& progress = {});
 
 }  // namespace lightbatch::batches

@@ -4,7 +4,6 @@
 #include "core/accuracy/certificate.h"
 #include "core/batches/measure.h"
 #include "core/batches/plan.h"
-#include "core/batches/profile.h"
 #include "core/hierarchy/level_boxes.h"
 #include "core/image/codecs.h"
 #include "core/lightmap/look_up.h"
@@ -77,8 +76,8 @@ Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& repo
   return {};
 }
 
-Status plan_batches(const JobOptions& options, const Prepared& p, const batches::Profile& profile,
-                    Made& made, const Progress& progress) {
+Status plan_batches(const JobOptions& options, const Prepared& p,
+                    const batches::Viewpoints& viewpoints, Made& made, const Progress& progress) {
   batches::BatchOptions batch_options;
   batch_options.max_batches = static_cast<std::uint32_t>(options.max_batches);
   batch_options.max_vertices = options.max_vertices;
@@ -100,7 +99,8 @@ Status plan_batches(const JobOptions& options, const Prepared& p, const batches:
       }
     }
   }
-  LB_ASSIGN_OR_RETURN(made.plan, batches::plan(*p.scene, p.tree, profile, batch_options, progress));
+  LB_ASSIGN_OR_RETURN(made.plan,
+                      batches::plan(*p.scene, p.tree, viewpoints, batch_options, progress));
   return {};
 }
 
@@ -251,8 +251,9 @@ std::string summary_of(const Json& report) {
 Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
                             const std::filesystem::path& output, const Progress& progress) {
   StageClock clock;
-  LB_ASSIGN_OR_RETURN(const batches::Profile profile, read_profile_option(options, input));
   LB_ASSIGN_OR_RETURN(Prepared p, prepare(options, input, clock, progress));
+  LB_ASSIGN_OR_RETURN(const batches::Viewpoints viewpoints,
+                      read_viewpoints(options, input, *p.scene));
   Artifacts artifacts(output);
   Json report = report_head(options, input, p);
   Made made;
@@ -278,10 +279,10 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
   if (options.batches) {
     clock.start("batches");
     progress.report("batches", 0);
-    LB_RETURN_IF_ERROR(plan_batches(options, p, profile, made, progress));
-    report["batches"] =
-        report_batches(*p.scene, made.plan,
-                       batches::measure_views(*p.scene, p.tree, profile, made.plan), profile.name);
+    LB_RETURN_IF_ERROR(plan_batches(options, p, viewpoints, made, progress));
+    report["batches"] = report_batches(
+        *p.scene, made.plan, batches::measure_views(*p.scene, p.tree, viewpoints, made.plan),
+        viewpoints.profile().name);
   }
   clock.start("write");
   progress.report("write", 0);

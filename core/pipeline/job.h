@@ -31,6 +31,7 @@ struct JobOptions {
   LightsPolicy lights = LightsPolicy::kRemove;
   SolverMode solver = SolverMode::kAuto;
   std::string profile = "desktop";  // desktop, webgl, mobile, or a key of JobInput::files (.json)
+  std::string cameras_file;         // key of JobInput::files; empty: where people can stand
   int max_batches = 0;              // 0: the profile's cost decides
   std::uint32_t max_vertices = 0;   // of one primitive; 0: the profile's
   double max_growth = 16;           // of geometry, by copies of shared meshes

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/batches/profile.h"
+#include "core/batches/viewpoints.h"
 #include "core/pipeline/job.h"
 
 namespace lightbatch::pipeline {
@@ -29,7 +29,9 @@ Result<JobOutcome> run_relight(const JobOptions& options, const JobInput& input,
 Result<JobOutcome> run_views(const JobOptions& options, const JobInput& input,
                              const std::filesystem::path& output, const Progress& progress);
 
-/// The hardware profile that the options name.
-Result<batches::Profile> read_profile_option(const JobOptions& options, const JobInput& input);
+/// Where the scene is looked at from: the hardware profile and the cameras that the options name.
+/// The scene must outlive them.
+Result<batches::Viewpoints> read_viewpoints(const JobOptions& options, const JobInput& input,
+                                            const scene::Scene& scene);
 
 }  // namespace lightbatch::pipeline

@@ -43,7 +43,14 @@ Json option_section(const JobOptions& o) {
   json["lights"] = o.lights == LightsPolicy::kKeep ? "keep" : "remove";
   json["batches"] = o.batches;
   json["lightmaps"] = o.lightmaps;
+  if (!o.cameras_file.empty()) json["cameras_file"] = o.cameras_file;
   if (o.max_batches > 0) json["max_batches"] = o.max_batches;
+  if (o.max_vertices > 0) json["max_vertices"] = o.max_vertices;
+  if (o.batches) {
+    json["max_growth"] = o.max_growth;
+    json["draws_share"] = o.draws_share;
+    json["keep_materials"] = o.keep_materials;
+  }
   std::string effects;
   for (const std::string& e : o.effects) effects += (effects.empty() ? "" : ",") + e;
   if (!effects.empty()) json["effects"] = effects;

@@ -5,7 +5,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
-#include "core/batches/views.h"
+#include "core/batches/viewpoints.h"
 #include "core/lightmap/look_up.h"
 #include "core/math/sampling.h"
 #include "core/optics/surface_frame.h"
@@ -40,7 +40,7 @@ double bounded(double diagonal, double depth) {
 
 /// A standing point and direction with an open but bounded view; false when the scene is no room.
 bool find_inside(const Prepared& p, Camera& camera) {
-  const auto eyes = batches::standing_eyes(*p.scene, {}, 24, 0);
+  const auto eyes = batches::Viewpoints(*p.scene, {}).standing_eyes(24, 0);
   const double diagonal = static_cast<double>(p.scene->box.diagonal());
   double best = 0;
   std::size_t roofed = 0;

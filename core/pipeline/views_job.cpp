@@ -73,8 +73,7 @@ std::string table_of(const Json& report) {
   return text + line;
 }
 
-}  // namespace
-
+/// The hardware profile that the options name.
 Result<batches::Profile> read_profile_option(const JobOptions& options, const JobInput& input) {
   const auto file = input.files.find(options.profile);
   if (file == input.files.end()) return batches::preset_profile(options.profile);
@@ -82,9 +81,27 @@ Result<batches::Profile> read_profile_option(const JobOptions& options, const Jo
   return batches::read_profile(as_text(bytes), options.profile);
 }
 
+}  // namespace
+
+Result<batches::Viewpoints> read_viewpoints(const JobOptions& options, const JobInput& input,
+                                            const scene::Scene& scene) {
+  LB_ASSIGN_OR_RETURN(const batches::Profile profile, read_profile_option(options, input));
+  std::vector<batches::View> cameras;
+  if (!options.cameras_file.empty()) {
+    const auto file = input.files.find(options.cameras_file);
+    if (file == input.files.end()) {
+      return bad_option("the cameras file " + options.cameras_file +
+                        " is not among the job's files");
+    }
+    LB_ASSIGN_OR_RETURN(const Bytes bytes, read_file(file->second));
+    LB_ASSIGN_OR_RETURN(cameras,
+                        batches::read_cameras(as_text(bytes), options.cameras_file, scene.origin));
+  }
+  return batches::Viewpoints(scene, profile, std::move(cameras));
+}
+
 Result<JobOutcome> run_views(const JobOptions& options, const JobInput& input,
                              const std::filesystem::path& output, const Progress& progress) {
-  LB_ASSIGN_OR_RETURN(const batches::Profile profile, read_profile_option(options, input));
   Vec3d origin;
   batches::ViewSet views;
   {
@@ -96,12 +113,14 @@ Result<JobOutcome> run_views(const JobOptions& options, const JobInput& input,
     std::vector<Aabb> boxes(scene.triangles.size());
     for (std::uint32_t t = 0; t < boxes.size(); ++t)
       for (const Vec3f& p : scene.corners(t)) boxes[t].add(p);
-    views = batches::make_view_set(scene, hierarchy::build(boxes), profile);
+    LB_ASSIGN_OR_RETURN(const batches::Viewpoints viewpoints,
+                        read_viewpoints(options, input, scene));
+    views = batches::make_view_set(scene, hierarchy::build(boxes), viewpoints);
   }
   Json report{
       {"schema", 1},
       {"kind", "views"},
-      {"profile", profile.name},
+      {"profile", views.profile.name},
       {"views", {{"inside", views.inside}, {"outside", views.outside}}},
       {"ideal_triangles", {{"inside", views.ideal_inside}, {"outside", views.ideal_outside}}},
       {"files", Json::array()}};

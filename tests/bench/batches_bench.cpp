@@ -79,23 +79,29 @@ bool open(const std::string& word, Subject& subject) {
   return true;
 }
 
-batches::ViewFigures inside(const Subject& s, const Profile& profile, const BatchPlan& plan) {
-  return batches::measure_draws(s.scene, profile, batches::draws_of_plan(s.scene, plan)).inside;
+batches::ViewFigures inside(const Subject& s, const batches::ViewSet& views,
+                            const BatchPlan& plan) {
+  return batches::measure_draws(views, batches::draws_of_plan(s.scene, plan)).inside;
+}
+
+BatchPlan plan_of(const Subject& s, const Profile& profile) {
+  return std::move(batches::plan(s.scene, s.tree, batches::Viewpoints(s.scene, profile), s.options))
+      .value();
 }
 
 BatchPlan plan_at(const Subject& s, Profile profile, double draw) {
   profile.draw = draw;
   profile.state = 0;
-  return std::move(batches::plan(s.scene, s.tree, profile, s.options)).value();
+  return plan_of(s, profile);
 }
 
 /// The plan of the finest cut that draws at most `draws` times in a mean view.
-batches::ViewFigures at_most(const Subject& s, const Profile& profile, double draws) {
+batches::ViewFigures at_most(const Subject& s, const batches::ViewSet& views, double draws) {
   double low = std::log(1e-2), high = std::log(1e5);  // us of a draw
-  batches::ViewFigures best = inside(s, profile, plan_at(s, profile, std::exp(high)));
+  batches::ViewFigures best = inside(s, views, plan_at(s, views.profile, std::exp(high)));
   for (int step = 0; step < 12; ++step) {
     const double middle = 0.5 * (low + high);
-    const auto figures = inside(s, profile, plan_at(s, profile, std::exp(middle)));
+    const auto figures = inside(s, views, plan_at(s, views.profile, std::exp(middle)));
     if (figures.draws <= draws) {
       high = middle;
       if (figures.triangles < best.triangles || best.draws > draws) best = figures;
@@ -109,37 +115,37 @@ batches::ViewFigures at_most(const Subject& s, const Profile& profile, double dr
 void run(const Subject& s, const Options& options) {
   const Profile profile = batches::preset_profile(options.profile).value();
   const double start = cpu_seconds();
-  const BatchPlan plan = std::move(batches::plan(s.scene, s.tree, profile, s.options)).value();
+  const BatchPlan plan = plan_of(s, profile);
   const double planned = cpu_seconds() - start;
-  const auto report = batches::measure_views(s.scene, s.tree, profile, plan);
-  const auto& before = report.before.inside;
-  const auto& after = report.after.inside;
+  const batches::ViewSet views =
+      batches::make_view_set(s.scene, s.tree, batches::Viewpoints(s.scene, profile));
+  const auto before = batches::measure_draws(views, batches::draws_of_input(s.scene)).inside;
+  const auto after = inside(s, views, plan);
   std::printf(
       "%-38s all %5llu -> %4llu  draws %7.1f -> %6.1f (/%.1f)  /ideal %5.2f -> %5.2f "
       "(x%.2f)  copied %+.0f %%  left %zu  cells %zu  %.2f s\n",
       s.name.c_str(), static_cast<unsigned long long>(plan.draws_before),
       static_cast<unsigned long long>(plan.draws_after), before.draws, after.draws,
-      before.draws / after.draws, before.triangles / report.ideal_inside,
-      after.triangles / report.ideal_inside, after.triangles / before.triangles,
+      before.draws / after.draws, before.triangles / views.ideal_inside,
+      after.triangles / views.ideal_inside, after.triangles / before.triangles,
       100 * plan.copied_bytes / plan.geometry_bytes, plan.left_alone.size(), plan.cells.size(),
       planned);
   if (options.tenth) {
-    const auto ours = at_most(s, profile, 0.1 * before.draws);
+    const auto ours = at_most(s, views, 0.1 * before.draws);
     std::printf("    a tenth: draws %7.1f  ours: %7.1f, %9.0f (%.2f)\n", 0.1 * before.draws,
-                ours.draws, ours.triangles, ours.triangles / report.ideal_inside);
+                ours.draws, ours.triangles, ours.triangles / views.ideal_inside);
     std::fflush(stdout);
   }
   if (options.plain) return;
   for (const std::uint32_t leaf : options.leaves) {
     const auto kd =
-        batches::measure_draws(s.scene, profile, batches::draws_of_median_split(s.scene, leaf))
-            .inside;
-    const auto ours = at_most(s, profile, kd.draws);
+        batches::measure_draws(views, batches::draws_of_median_split(s.scene, leaf)).inside;
+    const auto ours = at_most(s, views, kd.draws);
     std::printf(
         "    k-d %5u: draws %7.1f triangles %9.0f (%.2f)   ours: %7.1f, %9.0f (%.2f)  "
         "ratio %.2f %s\n",
-        leaf, kd.draws, kd.triangles, kd.triangles / report.ideal_inside, ours.draws,
-        ours.triangles, ours.triangles / report.ideal_inside, ours.triangles / kd.triangles,
+        leaf, kd.draws, kd.triangles, kd.triangles / views.ideal_inside, ours.draws, ours.triangles,
+        ours.triangles / views.ideal_inside, ours.triangles / kd.triangles,
         ours.draws <= kd.draws && ours.triangles < kd.triangles ? "" : "FAIL");
   }
   std::fflush(stdout);

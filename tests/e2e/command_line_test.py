@@ -113,6 +113,29 @@ class CommandLine(programs.WithFolder):
         self.assertIn("office.glb", table.stdout)
         self.assertEqual(lightbatch("views", office, self.path("none.glb"), "-q").returncode, 2)
 
+    def test_cameras(self):
+        office = self.path("office.glb")
+        lightbatch("scene", "office", "--triangles", "20000", "-o", office)
+        cameras = self.write("cameras.json", b'[{"eye": [1, 1.6, 1], "target": [5, 1.5, 1]}]')
+        costs = []
+        for name, options in (("all", []), ("one", ["--cameras", cameras])):
+            done = lightbatch("bake", office, "-o", self.path(name), "--no-lightmaps", "-q", *options)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            shown = lightbatch("views", office, self.path(name, "scene.glb"), "--cameras", cameras, "-q", "--json")
+            self.assertEqual(shown.returncode, 0, shown.stderr)
+            report = json.loads(shown.stdout)["report"]
+            self.assertEqual(report["views"], {"inside": 1, "outside": 0})
+            costs.append(report["files"][1]["inside"]["cost_us"])
+        self.assertLess(costs[1], costs[0])
+        with open(self.path("one/report.json")) as file:
+            report = json.load(file)
+        self.assertEqual(report["batches"]["views"], 1)
+        self.assertTrue(report["options"]["cameras_file"].endswith("cameras.json"))
+        bad = self.write("bad.json", b'[{"eye": [1, 1.6, 1]}]')
+        refused = lightbatch("bake", office, "-o", self.path("bad"), "--no-lightmaps", "-q", "--cameras", bad)
+        self.assertEqual(refused.returncode, 3)
+        self.assertIn("#/0/target", refused.stderr)
+
     def test_a_gltf_with_its_files(self):
         document, binary = programs.room_document()
         document["buffers"][0]["uri"] = "data/the%20room.bin"

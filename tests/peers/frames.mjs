@@ -1,6 +1,7 @@
 // node frames.mjs MODULES FILE.glb FILE.glb...: the files in three.js in headless Chromium, from fixed poses of the first
 // one's box (2 outside, 9 inside). For each further file: the mean difference of its pictures from the first one's (share
-// of full scale), and milliseconds a frame. MODULES: a node_modules folder with three and playwright-core. One line of
+// of full scale), and milliseconds a frame: of script, with draws cut to one triangle, and of all CPU that the
+// browser spends on whole frames, software rasteriser included. MODULES: a node_modules folder with three and playwright-core. One line of
 // JSON for each file. --frames N: frames a mean is taken over (default 5); 0: pictures only. --pictures DIR keeps them.
 import fs from 'node:fs';
 import http from 'node:http';
@@ -14,6 +15,7 @@ const take = (name, fallback) => {
   return at < 0 ? fallback : words.splice(at, 2)[1];
 };
 const frames = Number(take('--frames', '5')), keep = take('--pictures', '');
+const SCRIPT_FRAMES = 60;
 const [modules, ...files] = words;
 const { chromium } = createRequire(path.resolve(modules, 'x.js'))('playwright-core');
 const here = path.dirname(fileURLToPath(import.meta.url));
@@ -25,7 +27,11 @@ const server = http.createServer((request, response) => {
   if (url.pathname.startsWith('/three/')) file = path.join(modules, url.pathname);
   if (url.pathname.startsWith('/file/')) file = files[Number(url.pathname.slice(6))];
   fs.readFile(file, (error, data) => {
-    response.writeHead(error ? 404 : 200, { 'content-type': types[path.extname(file)] ?? 'application/octet-stream' });
+    // Isolated pages have clocks of 5 microseconds instead of 100.
+    response.writeHead(error ? 404 : 200, {
+      'content-type': types[path.extname(file)] ?? 'application/octet-stream',
+      'cross-origin-opener-policy': 'same-origin', 'cross-origin-embedder-policy': 'require-corp',
+    });
     response.end(error ? '' : data);
   });
 });
@@ -60,6 +66,13 @@ const difference = (a, b) => page.evaluate(async ([x, y]) => {
   return sum / (p.length * 0.75 * 255);
 }, [a, b]);
 
+// Milliseconds that all processes of the browser have computed: scripts and, in software, the drawing.
+const session = await browser.newBrowserCDPSession();
+const cpu = async () => {
+  const { processInfo } = await session.send('SystemInfo.getProcessInfo');
+  return 1000 * processInfo.reduce((sum, one) => sum + one.cpuTime, 0);
+};
+
 let first = [];
 for (const [index, file] of files.entries()) {
   const row = { file };
@@ -77,9 +90,12 @@ for (const [index, file] of files.entries()) {
       row.difference = Math.max(...all);
     }
     if (frames > 0) {
-      const sum = { script: 0, frame: 0, draws: 0, triangles: 0 };
+      const sum = { script: 0, cpu: 0, draws: 0, triangles: 0 };
       for (let i = 2; i < count; ++i) {
-        const one = await page.evaluate(`measure(${i}, ${frames})`);
+        const one = await page.evaluate(`measure(${i}, ${SCRIPT_FRAMES})`);
+        const before = await cpu();
+        await page.evaluate(`draw(${i}, ${frames})`);
+        one.cpu = (await cpu() - before) / frames;
         for (const key in sum) sum[key] += one[key] / (count - 2);
       }
       row.inside = sum;

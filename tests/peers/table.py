@@ -38,7 +38,7 @@ SCENES = {
     "fox.skinned": 1000,
     "hotel_block_1m.draco": 1000,
 }
-PACKAGES = ["gltf-validator", "three"]
+PACKAGES = ["gltf-validator", "three", "playwright-core"]
 
 
 def run(words, **options):

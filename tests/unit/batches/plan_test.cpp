@@ -18,7 +18,7 @@ using testing::SceneBuilder;
 
 BatchPlan plan_of(const scene::Scene& scene, const BatchOptions& options = {},
                   const Profile& profile = {}) {
-  auto result = plan(scene, hierarchy_of(scene), profile, options);
+  auto result = plan(scene, hierarchy_of(scene), Viewpoints(scene, profile), options);
   EXPECT_TRUE(result.ok()) << result.status().to_string();
   return std::move(result).value();
 }
@@ -117,7 +117,7 @@ TEST(Plan, DearTrianglesMakeMoreBatches) {
   EXPECT_GT(many.batches.size(), 10u);
   EXPECT_LT(many.expected_triangles, few.expected_triangles);
   const auto tree = hierarchy_of(scene);
-  const ViewsReport report = measure_views(scene, tree, dear, many);
+  const ViewsReport report = measure_views(scene, tree, Viewpoints(scene, dear), many);
   EXPECT_LT(report.after.inside.triangles, 2.0 * report.ideal_inside);
   EXPECT_GE(report.after.inside.triangles, report.ideal_inside);
   EXPECT_GE(report.before.inside.triangles, report.ideal_inside);
@@ -291,13 +291,35 @@ TEST(Plan, ManyDrawsAreBroughtToTheAllowedShare) {
   options.draws_share = 1;
   const BatchPlan free = plan_of(scene, options, dear);
   EXPECT_GT(bounded.draw_price, free.draw_price);
+  const ViewSet views = make_view_set(scene, hierarchy_of(scene), Viewpoints(scene, dear));
   const auto mean = [&](const BatchPlan& plan) {
-    return measure_draws(scene, dear, draws_of_plan(scene, plan)).inside.draws;
+    return measure_draws(views, draws_of_plan(scene, plan)).inside.draws;
   };
-  const double before = measure_draws(scene, dear, draws_of_input(scene)).inside.draws;
+  const double before = measure_draws(views, draws_of_input(scene)).inside.draws;
   EXPECT_GT(mean(free), 0.2 * before);
   // The model is a mean over fewer eyes than the measure.
   EXPECT_LT(mean(bounded), 0.12 * before);
+}
+
+TEST(Plan, CamerasAreTheViewsThatItIsMadeFor) {
+  // 20 x 20 boxes, and one camera that sees those of one corner.
+  const auto scene = grid_scene(20, 1, 6);
+  Profile dear;
+  dear.triangle = 0.5;
+  const auto cameras = *read_cameras(R"([{"eye": [0, 1, 0], "target": [-1, 1, -1]},
+                                         {"eye": [9, 1, 9], "target": [0, 1, 0], "weight": 3}])",
+                                     "c", scene.origin);
+  const Viewpoints viewpoints(scene, dear, cameras);
+  const ViewSet views = make_view_set(scene, hierarchy_of(scene), viewpoints);
+  ASSERT_EQ(views.inside, 2u);
+  EXPECT_EQ(views.outside, 0u);
+  BatchOptions options;
+  const auto cost = [&](const Viewpoints& made_for) {
+    const auto plan = *batches::plan(scene, hierarchy_of(scene), made_for, options);
+    expect_complete(scene, plan);
+    return measure_draws(views, draws_of_plan(scene, plan)).inside.cost;
+  };
+  EXPECT_LT(cost(viewpoints), 0.9 * cost(Viewpoints(scene, dear)));
 }
 
 TEST(Plan, SameOnAnyNumberOfThreads) {
@@ -340,10 +362,12 @@ TEST(Plan, BadOptions) {
   const auto scene = grid_scene(2);
   BatchOptions options;
   options.max_growth = 0.5;
-  EXPECT_EQ(plan(scene, hierarchy_of(scene), {}, options).status().reason(), "BAD_OPTION");
+  EXPECT_EQ(plan(scene, hierarchy_of(scene), Viewpoints(scene, {}), options).status().reason(),
+            "BAD_OPTION");
   options = {};
   options.max_vertices = 2;
-  EXPECT_EQ(plan(scene, hierarchy_of(scene), {}, options).status().reason(), "BAD_OPTION");
+  EXPECT_EQ(plan(scene, hierarchy_of(scene), Viewpoints(scene, {}), options).status().reason(),
+            "BAD_OPTION");
 }
 
 }  // namespace

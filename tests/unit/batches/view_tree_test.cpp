@@ -11,7 +11,7 @@ namespace {
 
 TEST(ViewTree, CoversEachClusterOnceUnderTightBoxes) {
   const auto scene = testing::grid_scene(8);
-  const ViewDistribution views(scene, Profile{});
+  const ViewDistribution views(Viewpoints(scene, {}));
   std::vector<Aabb> boxes;
   std::vector<double> triangles;
   for (const scene::Object& object : scene.objects) {
@@ -52,14 +52,14 @@ TEST(ViewTree, SplitsWhereViewsPart) {
   }
   const auto scene = builder.take();
   const std::vector<double> triangles(boxes.size(), 12);
-  const ViewTree tree = split_by_views(boxes, triangles, ViewDistribution(scene, Profile{}));
+  const ViewTree tree = split_by_views(boxes, triangles, ViewDistribution(Viewpoints(scene, {})));
   ASSERT_EQ(tree.count[1], 5u);
   for (const std::uint32_t c : tree.clusters(1)) EXPECT_EQ(c % 2, tree.clusters(1)[0] % 2);
 }
 
 TEST(ViewTree, IdenticalBoxesAndNone) {
   const auto scene = testing::grid_scene(2);
-  const ViewDistribution views(scene, Profile{});
+  const ViewDistribution views(Viewpoints(scene, {}));
   EXPECT_EQ(split_by_views({}, {}, views).tree.size(), 0u);
   const std::vector<Aabb> boxes(100, scene.box);
   EXPECT_EQ(split_by_views(boxes, std::vector<double>(100, 1), views).tree.size(), 199u);

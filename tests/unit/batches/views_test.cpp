@@ -37,7 +37,8 @@ TEST(Frustum, HoldsImpliesEveryPointInside) {
                    random.next_float() * 20 - 10};
     box.add(at);
     box.add(at + Vec3f{random.next_float(), random.next_float(), random.next_float()});
-    if (!frustum.holds(box)) continue;
+    std::uint32_t planes = Frustum::kAllPlanes;
+    if (frustum.outside(box, planes) || planes != 0) continue;
     ++held;
     EXPECT_FALSE(frustum.outside(box));
     const Vec3d a = to_double(box.lower), b = to_double(box.upper);
@@ -49,7 +50,7 @@ TEST(Frustum, HoldsImpliesEveryPointInside) {
 
 TEST(ViewDistribution, GrowsWithTheBoxAndIsOneForAll) {
   const auto scene = testing::grid_scene(6);
-  const ViewDistribution views(scene, Profile{});
+  const ViewDistribution views(Viewpoints(scene, {}));
   EXPECT_GT(views.visible(scene.box), 0.95);
   EXPECT_EQ(views.visible(Aabb{}), 0);
   Aabb box{{4, 0, 4}, {4.1f, 0.1f, 4.1f}};
@@ -68,8 +69,9 @@ TEST(ViewDistribution, AgreesWithCounting) {
   const auto scene = testing::grid_scene(6);
   Profile profile;
   profile.inside = 1;
-  const ViewDistribution views(scene, profile);
-  const auto eyes = standing_eyes(scene, profile, 32, 0);
+  const Viewpoints viewpoints(scene, profile);
+  const ViewDistribution views(viewpoints);
+  const auto eyes = viewpoints.standing_eyes(32, 0);
   ASSERT_EQ(eyes.size(), 32u);
   for (const Aabb& box : {Aabb{{0, 0, 0}, {1, 1, 1}}, Aabb{{6, 0, 6}, {10, 1, 7}}}) {
     Random random(3);
@@ -88,13 +90,59 @@ TEST(ViewDistribution, AgreesWithCounting) {
 
 TEST(Views, EyesStandOnFloors) {
   const auto scene = testing::grid_scene(4);
-  for (const Vec3d& eye : standing_eyes(scene, Profile{}, 50, 0)) {
+  for (const Vec3d& eye : Viewpoints(scene, {}).standing_eyes(50, 0)) {
     EXPECT_GT(eye.y, 0);
     EXPECT_LE(eye.y, 1.5);
   }
-  EXPECT_TRUE(standing_eyes(scene::Scene{}, Profile{}, 5, 0).empty());
-  EXPECT_TRUE(sampled_views(scene::Scene{}, Profile{}, 5, 5).empty());
-  EXPECT_EQ(sampled_views(scene, Profile{}, 5, 3).size(), 8u);
+  const scene::Scene none;
+  EXPECT_TRUE(Viewpoints(none, {}).standing_eyes(5, 0).empty());
+  EXPECT_TRUE(Viewpoints(none, {}).sample(5, 5).empty());
+  EXPECT_EQ(Viewpoints(scene, {}).sample(5, 3).size(), 8u);
+}
+
+TEST(Cameras, AreReadInWorldCoordinates) {
+  const auto cameras = read_cameras(R"([{"eye": [11, 2, 3], "target": [11, 2, 8]},
+                       {"eye": [10, 0, 0], "target": [11, 1, 0], "weight": 2.5}])",
+                                    "c.json", {10, 0, 0});
+  ASSERT_TRUE(cameras.ok());
+  ASSERT_EQ(cameras->size(), 2u);
+  EXPECT_EQ((*cameras)[0].eye, (Vec3d{1, 2, 3}));
+  EXPECT_NEAR((*cameras)[0].yaw, 0, 1e-12);
+  EXPECT_EQ((*cameras)[0].weight, 1);
+  EXPECT_NEAR((*cameras)[1].yaw, std::numbers::pi / 2, 1e-12);
+  EXPECT_NEAR((*cameras)[1].pitch, std::numbers::pi / 4, 1e-12);
+  EXPECT_EQ((*cameras)[1].weight, 2.5);
+}
+
+TEST(Cameras, BadJsonSaysWhere) {
+  for (const auto& [text, place] :
+       {std::pair{"{}", "c"},
+        {"[]", "c"},
+        {"[3]", "c#/0"},
+        {R"([{"eye": [0, 0, 0]}])", "c#/0/target"},
+        {R"([{"eye": [0, 0], "target": [1, 0, 0]}])", "c#/0/eye"},
+        {R"([{"eye": [0, 0, 1], "target": [0, 0, 1]}])", "c#/0/target"},
+        {R"([{"eye": [0, 0, 1], "target": [0, 0, 2], "weight": 0}])", "c#/0/weight"},
+        {R"([{"eye": [0, 0, 1], "target": [0, 0, 2], "fov": 3}])", "c#/0/fov"}}) {
+    const auto cameras = read_cameras(text, "c", {});
+    ASSERT_FALSE(cameras.ok()) << text;
+    EXPECT_EQ(cameras.status().place(), place);
+  }
+}
+
+/// With many cameras their weights decide how often a box is seen.
+TEST(ViewDistribution, DrawsManyCamerasByWeight) {
+  const auto scene = testing::grid_scene(4);
+  std::vector<View> cameras(1000);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    cameras[i].eye = {0, 0.5, 0};
+    cameras[i].yaw = i % 2 == 0 ? 0 : std::numbers::pi;
+    cameras[i].inside = true;
+    cameras[i].weight = i % 2 == 0 ? 1 : 3;
+  }
+  const ViewDistribution views(Viewpoints(scene, {}, cameras));
+  EXPECT_NEAR(views.visible(Aabb{{-1, 0, 9}, {1, 1, 10}}), 0.25, 0.01);
+  EXPECT_NEAR(views.visible(Aabb{{-1, 0, -10}, {1, 1, -9}}), 0.75, 0.01);
 }
 
 }  // namespace

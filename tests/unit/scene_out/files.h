@@ -188,7 +188,8 @@ inline Written write(const Loaded& in, bool with_batches, const atlas::Layout* l
                                              ? scene::kNone
                                              : layout->charts[layout->chart_of[t]].page);
   if (with_batches) {
-    auto plan = batches::plan(in.scene, hierarchy_of(in.scene), batches::Profile{}, options);
+    auto plan =
+        batches::plan(in.scene, hierarchy_of(in.scene), batches::Viewpoints(in.scene, {}), options);
     LB_CHECK(plan.ok(), plan.status().to_string().c_str());
     result.plan = std::move(plan).value();
   }

@@ -40,7 +40,8 @@ batches::BatchPlan plan_for(const Loaded& in) {
   options.traits = describe_objects(in.document, in.scene, nullptr);
   options.page_of_triangle.assign(in.scene.triangles.size(), 0);
   options.max_growth = 3;
-  return *batches::plan(in.scene, testing::hierarchy_of(in.scene), {}, options);
+  return *batches::plan(in.scene, testing::hierarchy_of(in.scene),
+                        batches::Viewpoints(in.scene, {}), options);
 }
 
 /// A step of light across the floors at world x = 2.
