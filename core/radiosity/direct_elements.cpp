@@ -44,8 +44,10 @@ std::uint16_t with_state(std::uint16_t states, std::size_t k, LightState s) {
 
 /// Shadow rays to emitters from each point of an element, where these are few and where not.
 constexpr int kFewRays = 2;
-constexpr int kManyRays = 8;
+constexpr int kManyRays = 4;
 constexpr std::size_t kFewEmitters = 8;
+/// An element is one of many that a texel sees: chance among its lamps evens out.
+constexpr float kRoughCut = 0.05f;
 
 /// Samples of an element that the edge of a resolved light's shadow crosses, against others.
 constexpr int kEdgeSamples = 8;
@@ -141,7 +143,7 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
         if (emitters) {
           const float turn = static_cast<float>(s) / static_cast<float>(samples);
           const EmitterTerms terms =
-              input.direct.emitter_terms(at, {item_seed(options.seed, e, 100), turn}, rays);
+              input.direct.emitter_terms(at, {item_seed(options.seed, e, 100), turn, kRoughCut}, rays);
           if (terms.count > 0) {
             // The same for all points, so that their places in the sequence do not meet.
             const int rays_each = few_emitters ? kFewRays : kManyRays;

@@ -15,8 +15,6 @@ namespace {
 
 using hierarchy::Hierarchy;
 
-/// Nodes whose uncertainty is below this share of the whole are not opened further.
-constexpr float kCutTolerance = 0.005f;
 /// Of asking a weak light at all. A walk from the root knows little of what is close to one lamp of
 /// many, so that it must not be small.
 constexpr double kLeastChance = 0.25;
@@ -201,7 +199,7 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& cho
   };
   push(0);
   while (size > 0 && size < EmitterTerms::kCapacity &&
-         cut[0].bound.uncertainty > std::max(kCutTolerance * sum, negligible)) {
+         cut[0].bound.uncertainty > std::max(choice.tolerance * sum, negligible)) {
     const Node widest = cut[0];
     std::pop_heap(cut.begin(), heap_end());
     --size;

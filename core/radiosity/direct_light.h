@@ -114,6 +114,8 @@ class DirectLight {
     /// In [0, 1): i / n for the i-th of n points that share a seed deals each node's emitters to
     /// them evenly, in the tree's order, which is one of place.
     float turn = 0;
+    /// Nodes that are unsure by less than this share of the whole are not opened.
+    float tolerance = 0.005f;
   };
   /// Nodes that are unsure by less than `negligible` lux (channel sum) are not opened.
   EmitterTerms emitter_terms(const Receiver& at, const CutChoice& choice, RayCounts& counts,
