@@ -49,8 +49,9 @@ struct BakeInput {
   const std::vector<std::uint8_t>* selected = nullptr;
 };
 
-/// A fixed share, about one in `divisor`, of the blocks of texels that bake_indirect starts from
-/// (of single texels where a chart has no blocks): what a pilot bakes to learn error and price.
+/// A fixed share, about one in `divisor`, of blocks of texels, whole ones of those that bake_indirect
+/// starts from (of single texels where a chart has none): what a pilot bakes to learn error and
+/// price.
 std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas::TexelMap& texels,
                                         int block, std::uint32_t divisor);
 

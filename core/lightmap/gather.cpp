@@ -10,12 +10,12 @@
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
 #include "core/radiosity/hemisphere_walk.h"
+#include "core/radiosity/resolved_light.h"
 
 namespace lightbatch::lightmap {
 namespace {
 
 using radiosity::ElementId;
-using radiosity::LightState;
 using radiosity::Receiver;
 
 /// Further gathers of a ray before Russian roulette decides on more, and at most. In a crack every
@@ -90,26 +90,13 @@ Rgb Gather::read(ElementId e, const rays::Hit& hit, const Split& split, BakeCoun
     const auto unresolved = solution.unresolved_by_group.of(e);
     for (std::size_t g = 0; g < unresolved.size(); ++g) split.add(g, unresolved[g]);
   }
-  if (solution.light_state.empty()) return solution.radiosity[e];
-  const std::uint16_t states = solution.light_state[e];
-  if (states == 0) return solution.unresolved[e];
-  const Receiver at{optics::surface_frame(input_.scene, hit.triangle, hit.u, hit.v, hit.back,
-                                          input_.direct.lift()),
-                    hit.triangle};
-  Rgb direct{};
-  for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
-    const LightState state = solution.state(e, k);
-    if (state == LightState::kDark) continue;
-    const auto& light = input_.direct.sources().punctual()[solution.resolved[k]];
-    const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
-    if (open.is_black()) continue;
-    const Rgb arrives = state == LightState::kLit
-                            ? open
-                            : open * input_.direct.punctual_visibility(at, light, counts.rays);
-    direct += arrives;
-    if (split.asked()) split.add(light.group, input_.elements.reflectance(e) * arrives);
-  }
-  return solution.unresolved[e] + input_.elements.reflectance(e) * direct;
+  const Rgb reflectance = input_.elements.reflectance(e);
+  const Rgb resolved = radiosity::resolved_irradiance(
+      input_.scene, input_.direct, solution, e, hit, counts.rays,
+      [&](const radiosity::PunctualLight& light, const Rgb& arrives) {
+        if (split.asked()) split.add(light.group, reflectance * arrives);
+      });
+  return solution.unresolved[e] + reflectance * resolved;
 }
 
 Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numbers, int depth,

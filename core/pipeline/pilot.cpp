@@ -15,6 +15,8 @@ using accuracy::Rungs;
 constexpr double kShareOfTexels = 0.02;
 constexpr double kFewestTexels = 2500;
 constexpr double kMostTexels = 10000;
+/// Edge of a patch of pilot texels: wide enough for neighbours to be averaged as in the whole map.
+constexpr int kPatch = 16;
 /// The error aimed at, against the target: the pilot's own error and the certificate's must fit
 /// between.
 constexpr double kAim = 0.75;
@@ -91,8 +93,9 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
   const auto measure = measure_for_settings(p, places);
   const auto texels = static_cast<double>(places.texels.texels.size());
   const double wanted = std::clamp(kShareOfTexels * texels, kFewestTexels, kMostTexels);
-  const std::vector<std::uint8_t> selected = lightmap::select_texels(
-      places.layout, places.texels, 8, static_cast<std::uint32_t>(std::max(1.0, texels / wanted)));
+  const std::vector<std::uint8_t> selected =
+      lightmap::select_texels(places.layout, places.texels, kPatch,
+                              static_cast<std::uint32_t>(std::max(1.0, texels / wanted)));
   const std::vector<double> areas = areas_of(places, selected);
   if (areas.empty()) return pilot;
   const double whole = texels / static_cast<double>(areas.size());

@@ -142,8 +142,8 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
         ask_lights(at, false);
         if (emitters) {
           const float turn = static_cast<float>(s) / static_cast<float>(samples);
-          const EmitterTerms terms =
-              input.direct.emitter_terms(at, {item_seed(options.seed, e, 100), turn, kRoughCut}, rays);
+          const EmitterTerms terms = input.direct.emitter_terms(
+              at, {item_seed(options.seed, e, 100), turn, kRoughCut}, rays);
           if (terms.count > 0) {
             // The same for all points, so that their places in the sequence do not meet.
             const int rays_each = few_emitters ? kFewRays : kManyRays;

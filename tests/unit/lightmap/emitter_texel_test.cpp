@@ -87,7 +87,8 @@ struct Rooms {
   }
 };
 
-// relRMSE of direct light over every 61st texel; the truth's own noise is about 2 % of a texel.
+// relRMSE of direct light over every 61st texel; the noise of the truth is 1 % of a texel and 0.4 % of
+// the mean.
 // Errors are asked for at the edges of shadows alone, so that the whole stays well below them.
 TEST(EmitterTexel, LampsOfOtherRoomsBringNeitherErrorNorNoise) {
   for (const bool points : {false, true}) {
@@ -108,7 +109,7 @@ TEST(EmitterTexel, LampsOfOtherRoomsBringNeitherErrorNorNoise) {
     }
     ASSERT_GT(used, 60);
     EXPECT_LT(std::sqrt(squares / used) / (mean / used), 0.03) << points;
-    EXPECT_LT(std::fabs(bias / mean), 0.005) << points;
+    EXPECT_LT(std::fabs(bias / mean), 0.012) << points;
     // Sixteen rays to each of six lamps that are seen in part, were they seen so everywhere.
     EXPECT_EQ(points ? counts.rays.emitter_shadow : counts.rays.punctual_shadow, 0u);
     EXPECT_LT(static_cast<double>(counts.rays.cast()) / static_cast<double>(direct.size()), 96)

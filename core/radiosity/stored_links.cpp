@@ -1,0 +1,106 @@
+#include "core/radiosity/stored_links.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/base/random.h"
+#include "core/math/sampling.h"
+#include "core/math/sobol.h"
+#include "core/radiosity/hemisphere_walk.h"
+#include "core/radiosity/resolved_light.h"
+
+namespace lightbatch::radiosity {
+namespace {
+
+constexpr std::size_t kGrain = 256;
+
+int ray_count(const Elements& elements, ElementId e, int rays) {
+  const double half = 0.5 * elements.edge();
+  const double share = std::min(1.0, static_cast<double>(elements.area(e)) / (half * half));
+  return std::max(2, static_cast<int>(std::lround(rays * share)));
+}
+
+}  // namespace
+
+Shot shoot(const SolverInput& input, const SolverOptions& options, const Solution& direct,
+           RayCounts& counts, const Progress& progress) {
+  const Elements& elements = input.elements;
+  const bool sheets = input.optics.filtered_count() > 0;
+  const std::size_t blocks = (elements.count() + kGrain - 1) / kGrain;
+  struct Block {
+    std::vector<ElementId> source;
+    std::vector<Rgb> weight;
+    std::vector<std::uint32_t> row;  // links of each element
+    RayCounts counts;
+  };
+  std::vector<Block> block(blocks);
+  Shot shot(input);
+  Links& links = shot.links;
+  links.scale.resize(elements.count());
+  const auto near = static_cast<float>(1.5 * elements.edge());
+  parallel_for(elements.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+    if (progress.cancelled()) return;
+    Block& out = block[begin / kGrain];
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto e = static_cast<ElementId>(i);
+      const int rays = ray_count(elements, e, options.rays);
+      links.scale[e] = 1.0f / static_cast<float>(rays);
+      const OwenSobol8 sequence(static_cast<std::uint32_t>(item_seed(options.seed, e, 3)));
+      const std::size_t before = out.source.size();
+      const std::span<Rgb> by_group = shot.resolved_by_group.of(e);
+      Rgbd from_sky, resolved;
+      int near_hits = 0;
+      for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(rays); ++k) {
+        const Vec2f ab = sequence.pair(k, 2);
+        const ElementPoint p = elements.point(e, ab.x, ab.y);
+        const auto frame = optics::surface_frame(input.scene, p.triangle, p.u, p.v,
+                                                 elements.is_back(e), input.direct.lift());
+        const Vec3f direction =
+            Frame::about(frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
+        walk_hemisphere_ray(
+            input.optics, input.caster, {frame.origin, direction}, p.triangle, out.counts,
+            [&](const rays::Hit& hit, const Rgb& weight) {
+              if (hit.t < near) ++near_hits;
+              ElementId source = input.lookup.at(hit);
+              if (source == kNoElement) return;
+              const Rgb sent = weight * elements.reflectance(source);
+              resolved +=
+                  to_double(sent * resolved_irradiance(
+                                       input.scene, input.direct, direct, source, hit, out.counts,
+                                       [&](const PunctualLight& light, const Rgb& arrives) {
+                                         if (by_group.empty()) return;
+                                         by_group[light.group] += sent * arrives * links.scale[e];
+                                       }));
+              // A cell of two rooms, of which this element is in one: it is taken to be as bright.
+              if (input.lookup.is_split(source)) source = e;
+              out.source.push_back(source);
+              if (sheets) out.weight.push_back(weight);
+            },
+            [&](const Rgb& weight) {
+              from_sky += to_double(weight * input.sky.radiance(direction));
+            });
+      }
+      shot.resolved[e] = to_float(resolved / rays);
+      shot.crowding[e] = static_cast<float>(near_hits) / static_cast<float>(rays);
+      shot.sky[e] = to_float(from_sky * (kPiDouble / rays));
+      out.row.push_back(static_cast<std::uint32_t>(out.source.size() - before));
+    }
+  });
+  links.start.reserve(elements.count() + 1);
+  links.start.push_back(0);
+  std::uint64_t total = 0;
+  for (const Block& b : block) total += b.source.size();
+  links.source.reserve(total);
+  if (sheets) links.weight.reserve(total);
+  for (Block& b : block) {
+    for (const std::uint32_t n : b.row) links.start.push_back(links.start.back() + n);
+    links.source.insert(links.source.end(), b.source.begin(), b.source.end());
+    links.weight.insert(links.weight.end(), b.weight.begin(), b.weight.end());
+    counts += b.counts;
+    b = Block{};
+  }
+  return shot;
+}
+
+}  // namespace lightbatch::radiosity
