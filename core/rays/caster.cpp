@@ -52,9 +52,10 @@ bool Caster::occluded(const Ray& ray, std::uint32_t exclude_a, std::uint32_t exc
   return tree_->kernel->occluded(tree_->wide, ray, exclude_a, exclude_b, filter);
 }
 
-std::uint32_t Caster::occluded(std::span<const Segment> segments) const {
-  LB_CHECK(segments.size() <= kMostSegments, "more segments than a bundle takes");
-  return segments.empty() ? 0 : tree_->kernel->packet(tree_->wide, segments);
+void Caster::occluded(std::span<const Segment> segments, std::span<std::uint32_t> stopped) const {
+  LB_CHECK(stopped.size() == (segments.size() + kBundle - 1) / kBundle,
+           "one word for every 16 segments");
+  tree_->kernel->bundles(tree_->wide, segments, stopped);
 }
 
 std::span<const GridNode> Caster::grids() const { return tree_->wide.grids; }

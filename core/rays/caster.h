@@ -91,10 +91,11 @@ class Caster {
   bool occluded(const Ray& ray, std::uint32_t exclude_a = kNoTriangle,
                 std::uint32_t exclude_b = kNoTriangle, HitFilter* filter = nullptr) const;
 
-  static constexpr std::size_t kMostSegments = 16;
-  /// At most 16 segments at once, as a link of radiosity asks for: bit i is what occluded() says of
-  /// segment i. Several times as fast when they run close together, as between two clusters.
-  std::uint32_t occluded(std::span<const Segment> segments) const;
+  static constexpr std::size_t kBundle = 16;
+  /// Bundles of 16 segments one after another (the last may be smaller), as links of radiosity ask
+  /// for: bit j of stopped[i] is what occluded() says of segment 16 i + j. Several times as fast
+  /// when those of a bundle run close together, as between two clusters; faster the more at once.
+  void occluded(std::span<const Segment> segments, std::span<std::uint32_t> stopped) const;
 
   std::span<const GridNode> grids() const;
   /// The node that came nearest to being a grid by its cost and is none; no triangles: no node was

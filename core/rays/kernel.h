@@ -15,8 +15,8 @@ struct Kernel {
   Hit (*closest)(const WideTree&, const Ray&, std::uint32_t exclude, HitFilter*);
   bool (*occluded)(const WideTree&, const Ray&, std::uint32_t exclude_a, std::uint32_t exclude_b,
                    HitFilter*);
-  /// Bit i: something stops segment i. 1 to 16 segments.
-  unsigned (*packet)(const WideTree&, std::span<const Segment>);
+  /// Bit j of the i-th: something stops segment 16 i + j.
+  void (*bundles)(const WideTree&, std::span<const Segment>, std::span<std::uint32_t>);
 };
 
 const Kernel& baseline_kernel();

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -32,7 +33,7 @@ namespace {
 }  // namespace
 
 const Kernel& avx2_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_packet};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_bundles};
   return kKernel;
 }
 

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -35,7 +36,7 @@ namespace {
 }  // namespace
 
 const Kernel& avx512_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_packet};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_bundles};
   return kKernel;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -20,7 +21,7 @@ namespace {
 }  // namespace
 
 const Kernel& baseline_kernel() {
-  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_packet};
+  static constexpr Kernel kKernel = {cast_closest, cast_occluded, cast_bundles};
   return kKernel;
 }
 

@@ -18,4 +18,5 @@
 #include "core/rays/kernel_single.h"
 #include "core/rays/kernel_wide.h"
 #include "core/rays/kernel_packet.h"
+#include "core/rays/kernel_bundle.h"
 // clang-format on

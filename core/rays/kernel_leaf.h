@@ -13,16 +13,20 @@ struct LeafMasks {
 };
 
 /// Errors, u = 2^-24: with corners at most m from the ray in sheared x and y and at most M along
-/// it, x and y are off by at most u (2 m + 5 M), so the edge functions by u m (12 m + 20 M). First
-/// with the size of the leaf as m: its box was met, so a point of the ray lies in it (and its
-/// slack). What that does not rule out is looked at with its own m.
-struct LeafTest {
+/// it, x and y are off by at most u (2 m + 5 s M), so the edge functions by u m (12 m + 20 s M),
+/// where s is the largest factor of the shear, at least 1. First with s times the size of the leaf
+/// as m: its box was met, so a point of the ray lies in it (and its slack). What that does not rule
+/// out is looked at with its own m.
+template <bool kSteep>
+struct LeafTestOf {
   static constexpr float kUnit = 0x1p-24f;
   V8f ox, oy, oz, sx, sy, sz;
   std::size_t kx, ky, kz;
   float slack;
+  float steep = 1;  // s
 
-  LB_INLINE explicit LeafTest(const BoxRay& r)
+  LB_INLINE LeafTestOf() = default;
+  LB_INLINE explicit LeafTestOf(const BoxRay& r)
       : ox(splat8(r.ox)),
         oy(splat8(r.oy)),
         oz(splat8(r.oz)),
@@ -50,8 +54,12 @@ struct LeafTest {
     const V8f u = madd8(x[2], y[1], -(y[2] * x[1]));
     const V8f v = madd8(x[0], y[2], -(y[0] * x[2]));
     const V8f w = madd8(x[1], y[0], -(y[1] * x[0]));
-    const V8f flat = splat8(leaf.size() + slack);
-    const V8f deep = max8(abs8(z[0]), max8(abs8(z[1]), abs8(z[2])));
+    V8f flat = splat8(leaf.size() + slack);
+    V8f deep = max8(abs8(z[0]), max8(abs8(z[1]), abs8(z[2])));
+    if constexpr (kSteep) {
+      flat *= splat8(steep);
+      deep *= splat8(steep);
+    }
     const V8f coarse = (flat + deep) * flat * (24 * kUnit) + 1e-36f;
     const V8f least = min8(u, min8(v, w));
     const V8f most = max8(u, max8(v, w));
@@ -77,3 +85,5 @@ struct LeafTest {
     return {maybe & ~mask8(inside & beyond), maybe & mask8(inside & within)};
   }
 };
+using LeafTest = LeafTestOf<false>;  // sheared along the longest axis
+using SteepLeafTest = LeafTestOf<true>;

@@ -154,19 +154,13 @@ Hit cast_closest(const WideTree& tree, const Ray& ray, std::uint32_t exclude, Hi
 }
 
 /// Whether triangles stop one ray.
+template <typename Test>
 struct AnyHit {
   const Ray& ray;
   std::uint32_t exclude_a, exclude_b;
   HitFilter* filter;
-  LeafTest triangles;
+  Test triangles;
   Limits limits;
-
-  LB_INLINE AnyHit(const Ray& given, const BoxRay& r, std::uint32_t a, std::uint32_t b,
-                   HitFilter* ask)
-      : ray(given), exclude_a(a), exclude_b(b), filter(ask), triangles(r) {
-    limits = {r.lower_limit(ray.t_min), r.upper_limit(ray.t_max), r.tight_lower_limit(ray.t_min),
-              r.tight_upper_limit(ray.t_max)};
-  }
 
   LB_INLINE bool in(const Leaf& leaf) const {
     V8f low, high;
@@ -192,13 +186,24 @@ struct AnyHit {
   }
 };
 
+LB_INLINE AnyHit<LeafTest> any_hit(const Ray& ray, const BoxRay& r, std::uint32_t exclude_a,
+                                   std::uint32_t exclude_b, HitFilter* filter) {
+  return {ray,
+          exclude_a,
+          exclude_b,
+          filter,
+          LeafTest(r),
+          {r.lower_limit(ray.t_min), r.upper_limit(ray.t_max), r.tight_lower_limit(ray.t_min),
+           r.tight_upper_limit(ray.t_max)}};
+}
+
 template <bool kGrids>
 LB_INLINE bool occluded_in(const WideTree& tree, const Ray& ray, std::uint32_t exclude_a,
                            std::uint32_t exclude_b, HitFilter* filter) {
   const BoxRay r(tree, ray);
   if (!r.valid) return false;
   const BoxTest boxes(r, r.lower_limit(ray.t_min));
-  const AnyHit stopped(ray, r, exclude_a, exclude_b, filter);
+  const AnyHit<LeafTest> stopped = any_hit(ray, r, exclude_a, exclude_b, filter);
   const V8f upper = splat8(stopped.limits.upper);
   std::uint32_t stack[kStackSize];
   std::uint32_t* top = stack;

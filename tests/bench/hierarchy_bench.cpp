@@ -76,13 +76,14 @@ void compare_bundles(const Scene& scene, const rays::Caster& caster, const RaySe
   using Way = EmbreePeer::Way;
   std::vector<rays::Segment> segments;
   for (const rays::Ray& ray : set.rays) segments.push_back({ray});
+  std::vector<std::uint32_t> stopped(segments.size() / 16);
   std::size_t hits = 0;
   const auto times =
       timed({[&] {
                hits = 0;
-               for (std::size_t i = 0; i < segments.size(); i += 16) {
-                 hits += static_cast<std::size_t>(
-                     std::popcount(caster.occluded(std::span(segments).subspan(i, 16))));
+               caster.occluded(segments, stopped);
+               for (const std::uint32_t s : stopped) {
+                 hits += static_cast<std::size_t>(std::popcount(s));
                }
              },
              [&] { embree.cast(set, Way::kPacket8); }, [&] { embree.cast(set, Way::kPacket16); },

@@ -85,9 +85,12 @@ void expect_same_answers(const Mesh& mesh, std::span<const Ray> rays) {
         ASSERT_EQ(kernel->occluded(gridded, rays[i], exclude, kNoTriangle, nullptr), a.found());
       }
     }
-    const unsigned expected = baseline_kernel().packet(plain, segments);
+    std::uint32_t expected = 0;
+    baseline_kernel().bundles(plain, segments, {&expected, 1});
     for (const Kernel* kernel : kernels()) {
-      ASSERT_EQ(kernel->packet(gridded, segments), expected);
+      std::uint32_t stopped = 0;
+      kernel->bundles(gridded, segments, {&stopped, 1});
+      ASSERT_EQ(stopped, expected);
     }
   }
   EXPECT_GT(hits, rays.size() / 20);

@@ -27,6 +27,13 @@ std::vector<const Kernel*> kernels() {
   return all;
 }
 
+unsigned together(const Kernel& kernel, const WideTree& tree,
+                  const std::vector<Segment>& segments) {
+  std::uint32_t stopped = 0;
+  kernel.bundles(tree, segments, {&stopped, 1});
+  return stopped;
+}
+
 unsigned one_by_one(const WideTree& tree, const std::vector<Segment>& segments) {
   unsigned expected = 0;
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -64,7 +71,7 @@ TEST(Packet, SameAnswersAsSingleRays) {
         if (i % 5 == 4) std::swap(segments.back().exclude_a, segments.back().exclude_b);
       }
       const unsigned expected = one_by_one(tree, segments);
-      for (const Kernel* kernel : kernels()) ASSERT_EQ(kernel->packet(tree, segments), expected);
+      for (const Kernel* kernel : kernels()) ASSERT_EQ(together(*kernel, tree, segments), expected);
       blocked += static_cast<std::size_t>(std::popcount(expected));
       total += count;
     }
@@ -120,7 +127,7 @@ TEST(Packet, OddOnesOut) {
       segments.push_back({ray});
     }
     const unsigned expected = one_by_one(tree, segments);
-    for (const Kernel* kernel : kernels()) ASSERT_EQ(kernel->packet(tree, segments), expected);
+    for (const Kernel* kernel : kernels()) ASSERT_EQ(together(*kernel, tree, segments), expected);
   }
 }
 
@@ -146,16 +153,50 @@ TEST(Packet, EdgesAndCorners) {
     }
     const unsigned expected = one_by_one(tree, segments);
     EXPECT_NE(expected, 0u);
-    for (const Kernel* kernel : kernels()) ASSERT_EQ(kernel->packet(tree, segments), expected);
+    for (const Kernel* kernel : kernels()) ASSERT_EQ(together(*kernel, tree, segments), expected);
+  }
+}
+
+/// Any number of bundles, each with its own answers; one after another and, in a tree larger than
+/// the caches, in turns.
+class ManyBundles : public ::testing::TestWithParam<std::size_t> {};
+INSTANTIATE_TEST_SUITE_P(Trees, ManyBundles, ::testing::Values(3000u, 400000u));
+
+TEST_P(ManyBundles, EachItsAnswers) {
+  const Mesh mesh = soup(GetParam(), GetParam() > 3000 ? 0.005f : 0.05f, 12);
+  const WideTree tree = tree_of(mesh);
+  EXPECT_EQ(tree.data.size() > (std::size_t{16} << 20), GetParam() > 3000);
+  Random random(7);
+  for (const std::size_t number : {1u, 16u, 17u, 64u, 65u, 1000u}) {
+    std::vector<Segment> segments;
+    for (std::size_t i = 0; i < number; ++i) {
+      const Vec3f p = testing::random_point(random), q = testing::random_point(random);
+      segments.push_back({{p, q - p, 0, 1}});
+    }
+    std::vector<std::uint32_t> expected((number + 15) / 16, 0u);
+    for (std::size_t i = 0; i < number; ++i) {
+      const bool stopped =
+          baseline_kernel().occluded(tree, segments[i].ray, kNoTriangle, kNoTriangle, nullptr);
+      expected[i / 16] |= stopped ? 1u << (i % 16) : 0u;
+    }
+    for (const Kernel* kernel : kernels()) {
+      std::vector<std::uint32_t> stopped(expected.size());
+      kernel->bundles(tree, segments, stopped);
+      ASSERT_EQ(stopped, expected);
+    }
   }
 }
 
 TEST(Packet, NothingThereAndNothingAsked) {
   const Mesh empty;
-  EXPECT_EQ(empty.caster().occluded(std::vector<Segment>(16)), 0u);
   const Mesh mesh = soup(20, 0.5f, 1);
-  EXPECT_EQ(mesh.caster().occluded(std::span<const Segment>()), 0u);
-  EXPECT_EQ(mesh.caster().occluded(std::vector<Segment>(16)), 0u);
+  for (const Mesh* m : {&empty, &mesh}) {
+    const Caster caster = m->caster();
+    caster.occluded({}, {});
+    std::vector<std::uint32_t> stopped(3, 7u);
+    caster.occluded(std::vector<Segment>(35), stopped);
+    EXPECT_EQ(stopped, std::vector<std::uint32_t>(3, 0u));
+  }
 }
 
 /// The instruction sets agree bit for bit.
