@@ -16,6 +16,17 @@ Hierarchy HierarchyBuilder::finish(TreeArrays&& arrays) {
   return tree;
 }
 
+void Hierarchy::compact() {
+  if (is_compact()) return;
+  compact_ = CompactNodes(nodes_);
+  nodes_ = TreeNodes();
+}
+
+std::size_t Hierarchy::memory_bytes() const {
+  return nodes_.capacity() * sizeof(TreeNode) + compact_.memory_bytes() +
+         primitives_.capacity() * sizeof(std::uint32_t);
+}
+
 Hierarchy build(std::span<const Aabb> boxes, const BuildOptions& options) {
   LB_CHECK(boxes.size() <= (std::size_t{1} << 30), "more primitives than the hierarchy can hold");
   if (boxes.empty()) return {};

@@ -90,6 +90,8 @@ Result<Prepared> prepare(const JobOptions& options, const JobInput& input, Stage
     p.caster = make_caster(p);
   }
   if (!p.effects.on(plan::Effect::kSky)) p.sky = optics::Environment();
+  // From here on it gives clusters; rays have the caster.
+  p.tree.compact();
   clock.stop();
   return p;
 }

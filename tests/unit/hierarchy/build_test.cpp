@@ -121,5 +121,27 @@ TEST(Build, SameTreeOnAnyNumberOfThreads) {
   set_thread_count(before);
 }
 
+TEST(Hierarchy, CompactReadsTheSame) {
+  auto sets = testing::hostile_sets(3000);
+  sets.push_back({"random", testing::random_boxes(20000, 0.1f, 4)});
+  sets.push_back({"one", {Aabb{{0, 0, 0}, {1, 1, 1}}}});
+  for (const BoxSet& set : sets) {
+    const Hierarchy plain = build(set.boxes);
+    Hierarchy tree = plain;
+    tree.compact();
+    expect_valid(tree, set.boxes, set.name);
+    EXPECT_TRUE(same_tree(plain, tree)) << set.name;
+    if (set.boxes.size() > 1000) {
+      EXPECT_LE(tree.memory_bytes(), 40 * set.boxes.size()) << set.name;
+    }
+    tree.compact();
+    EXPECT_TRUE(same_tree(plain, tree)) << set.name;
+  }
+  Hierarchy empty;
+  empty.compact();
+  EXPECT_TRUE(empty.is_empty());
+  EXPECT_EQ(empty.node_count(), 0u);
+}
+
 }  // namespace
 }  // namespace lightbatch::hierarchy
