@@ -8,6 +8,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/hash.h"
+#include "server/executable.h"
 #include "server/names.h"
 #include "server/timestamps.h"
 
@@ -34,16 +35,6 @@ Status bad_request(std::string message, std::string place) {
 
 Status unknown_enum(const char* field) {
   return bad_option(std::string("this server does not know this value of ") + field);
-}
-
-/// A build names its version; a program built anew from changed sources may name the same one. The
-/// bytes of the executable tell them apart.
-const std::string& executable_sha256() {
-  static const std::string digest = [] {
-    const auto bytes = read_file("/proc/self/exe");
-    return bytes.ok() ? sha256_hex(*bytes) : std::string("unknown");
-  }();
-  return digest;
 }
 
 bool has_file(const v1::Scene& scene, const std::string& path) {
@@ -165,6 +156,7 @@ Result<pipeline::JobOptions> to_pipeline(const v1::JobOptions& in) {
   out.compare = in.compare();
   out.lights_file = in.lights_file();
   out.cameras_file = in.cameras_file();
+  out.pvs = in.pvs();
   return out;
 }
 
@@ -233,7 +225,7 @@ Result<JobStore::Submission> make_submission(const v1::SubmitJobRequest& request
   submission.request_id = request.request_id();
   submission.request_sha256 = request_sha256(request);
   submission.cache_key = cache_key(scene.manifest_sha256(), request.options(),
-                                   engine.build_id() + '\n' + executable_sha256());
+                                   engine.build_id() + '\n' + executable_digest());
   return submission;
 }
 

@@ -24,6 +24,7 @@ struct JobWords {
   std::string profile = "desktop";
   std::string cameras;  // file
   int max_batches = 0;
+  bool pvs = false;
   bool no_batches = false;
   bool no_lightmaps = false;
   std::string effects;

@@ -102,6 +102,7 @@ class Builder {
     if (!words_.cameras.empty())
       options.set_cameras_file(add_file(words_.cameras, "cameras", "--cameras"));
     options.set_max_batches(words_.max_batches);
+    options.set_pvs(words_.pvs);
     options.set_skip_batches(words_.no_batches);
     options.set_skip_lightmaps(words_.no_lightmaps);
     options.set_compare(words_.compare);

@@ -17,13 +17,6 @@ double radical_inverse(std::uint32_t base, std::uint32_t index) {
   return result;
 }
 
-double eye_height(const Aabb& box, const Profile& profile) {
-  const double diagonal = static_cast<double>(box.diagonal());
-  const double height = static_cast<double>(box.extent().y);
-  return std::min({profile.eye_height > 0 ? std::max(profile.eye_height, 0.02 * diagonal) : 0.0,
-                   0.5 * height, 0.1 * diagonal});
-}
-
 }  // namespace
 
 Vec3d direction(double yaw, double pitch) {
@@ -48,7 +41,7 @@ Viewpoints::Viewpoints(const scene::Scene& scene, const Profile& profile, std::v
 std::vector<Vec3d> Viewpoints::standing_eyes(std::uint32_t count, std::uint32_t skip) const {
   std::vector<Vec3d> eyes;
   if (area_.empty()) return eyes;
-  const double height = eye_height(box_, profile_);
+  const double height = eye_height();
   const double ceiling = static_cast<double>(box_.upper.y);
   for (std::uint32_t k = 0; k < count; ++k) {
     const std::uint32_t at = skip + k + 1;
@@ -63,6 +56,13 @@ std::vector<Vec3d> Viewpoints::standing_eyes(std::uint32_t count, std::uint32_t 
     eyes.push_back(p);
   }
   return eyes;
+}
+
+double Viewpoints::eye_height() const {
+  const double diagonal = static_cast<double>(box_.diagonal());
+  const double height = static_cast<double>(box_.extent().y);
+  return std::min({profile_.eye_height > 0 ? std::max(profile_.eye_height, 0.02 * diagonal) : 0.0,
+                   0.5 * height, 0.1 * diagonal});
 }
 
 Vec3d Viewpoints::outside_eye(std::uint32_t index) const {

@@ -54,6 +54,8 @@ class Viewpoints {
   std::vector<View> sample(std::uint32_t inside, std::uint32_t outside,
                            std::uint32_t start = kMeasuringViews) const;
 
+  /// Above the ground, metres: the profile's, less in scenes that are small against it.
+  double eye_height() const;
   const Profile& profile() const { return profile_; }
   const std::vector<View>& cameras() const { return cameras_; }
   const Aabb& box() const { return box_; }

@@ -17,6 +17,7 @@
 #include "core/pipeline/pilot.h"
 #include "core/pipeline/plan_cost.h"
 #include "core/pipeline/probe_stage.h"
+#include "core/pipeline/pvs_stage.h"
 #include "core/pipeline/quote.h"
 #include "core/pipeline/report_json.h"
 #include "core/pipeline/view_picture.h"
@@ -283,6 +284,10 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     report["batches"] = report_batches(
         *p.scene, made.plan, batches::measure_views(*p.scene, p.tree, viewpoints, made.plan),
         viewpoints.profile().name);
+    if (options.pvs) {
+      LB_ASSIGN_OR_RETURN(report["pvs"], write_visible_sets(options, p, viewpoints, made.plan,
+                                                            artifacts, clock, progress));
+    }
   }
   clock.start("write");
   progress.report("write", 0);

@@ -36,6 +36,7 @@ struct JobOptions {
   std::uint32_t max_vertices = 0;   // of one primitive; 0: the profile's
   double max_growth = 16;           // of geometry, by copies of shared meshes
   double draws_share = 0.1;         // of the input's draws, for files of more than 500
+  bool pvs = false;                 // write potentially visible sets
   bool keep_materials = false;      // none merged through vertex colours
   Compression compression = Compression::kAsInput;
   bool batches = true;

@@ -44,6 +44,7 @@ Json option_section(const JobOptions& o) {
   json["batches"] = o.batches;
   json["lightmaps"] = o.lightmaps;
   if (!o.cameras_file.empty()) json["cameras_file"] = o.cameras_file;
+  if (o.pvs) json["pvs"] = true;
   if (o.max_batches > 0) json["max_batches"] = o.max_batches;
   if (o.max_vertices > 0) json["max_vertices"] = o.max_vertices;
   if (o.batches) {

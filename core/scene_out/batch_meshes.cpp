@@ -6,6 +6,7 @@
 #include "core/scene_out/corners.h"
 #include "core/scene_out/instance_cells.h"
 #include "core/scene_out/mesh_builder.h"
+#include "core/scene_out/names.h"
 #include "core/scene_out/portable.h"
 #include "core/scene_out/range_json.h"
 
@@ -183,7 +184,7 @@ Status add_batches(Writer& w, const batches::BatchPlan& plan, std::uint32_t scen
       Json node = Json::object();
       if (tree_node.batch != kNone) {
         LB_ASSIGN_OR_RETURN(node, batch_node(w, plan.batches[tree_node.batch], plan.max_vertices,
-                                             "batch_" + std::to_string(tree_node.batch)));
+                                             batch_name(tree_node.batch)));
       } else {
         for (const std::uint32_t child : tree_node.children)
           node["children"].push_back(base + child);
@@ -192,8 +193,9 @@ Status add_batches(Writer& w, const batches::BatchPlan& plan, std::uint32_t scen
     }
   }
   InstanceNodes instances(w);
-  for (const batches::InstanceCell& cell : plan.cells) {
-    LB_ASSIGN_OR_RETURN(Json node, instances.node_of(plan, cell));
+  for (std::size_t c = 0; c < plan.cells.size(); ++c) {
+    LB_ASSIGN_OR_RETURN(Json node, instances.node_of(plan, plan.cells[c]));
+    node["name"] = cell_name(c);
     children.push_back(append(w.root, "nodes", std::move(node)));
   }
   if (children.empty()) return {};

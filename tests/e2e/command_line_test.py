@@ -4,12 +4,17 @@ daemon and on any number of threads."""
 import hashlib
 import json
 import os
+import pathlib
 import signal
 import subprocess
+import sys
 import time
 
 import programs
 from programs import lightbatch
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "peers"))
+import structure  # noqa: E402
 
 SMALL = ["--texels-per-metre", "16", "--lightmap-size", "256", "--target-error", "10%"]
 
@@ -135,6 +140,27 @@ class CommandLine(programs.WithFolder):
         refused = lightbatch("bake", office, "-o", self.path("bad"), "--no-lightmaps", "-q", "--cameras", bad)
         self.assertEqual(refused.returncode, 3)
         self.assertIn("#/0/target", refused.stderr)
+
+    def test_visible_sets(self):
+        office = self.path("office.glb")
+        lightbatch("scene", "office", "--triangles", "20000", "-o", office)
+        done = lightbatch("bake", office, "-o", self.path("out"), "--no-lightmaps", "--pvs", "-q")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.path("out/pvs.json")) as file:
+            sets = json.load(file)
+        with open(self.path("out/report.json")) as file:
+            summary = json.load(file)["pvs"]
+        names = {node.get("name") for node in structure.File(self.path("out/scene.glb")).list("nodes")}
+        self.assertLessEqual(set(sets["nodes"]), names)
+        self.assertEqual(len(sets["cells"]), summary["cells"])
+        self.assertGreater(summary["cells"], 10)
+        for cell in sets["cells"]:
+            self.assertTrue(all(low < high for low, high in zip(cell["box"][:3], cell["box"][3:])))
+            self.assertLess(max(cell["visible"]), len(sets["nodes"]))
+        self.assertLess(summary["mean_visible_share"], 0.95)
+        self.assertLess(sets["missed_rays"], 1e-3 * sets["checked_rays"])
+        refused = lightbatch("bake", office, "-o", self.path("no"), "--no-batches", "--pvs", "-q")
+        self.assertEqual(refused.returncode, 2)
 
     def test_a_gltf_with_its_files(self):
         document, binary = programs.room_document()
