@@ -4,10 +4,8 @@
 // browser spends on whole frames, software rasteriser included. MODULES: a node_modules folder with three and playwright-core. One line of
 // JSON for each file. --frames N: frames a mean is taken over (default 5); 0: pictures only. --pictures DIR keeps them.
 import fs from 'node:fs';
-import http from 'node:http';
 import path from 'node:path';
-import { createRequire } from 'node:module';
-import { fileURLToPath } from 'node:url';
+import { chromium_of, serve } from './viewer.mjs';
 
 const words = process.argv.slice(2);
 const take = (name, fallback) => {
@@ -17,37 +15,14 @@ const take = (name, fallback) => {
 const frames = Number(take('--frames', '5')), keep = take('--pictures', '');
 const SCRIPT_FRAMES = 60;
 const [modules, ...files] = words;
-const { chromium } = createRequire(path.resolve(modules, 'x.js'))('playwright-core');
-const here = path.dirname(fileURLToPath(import.meta.url));
-const types = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript', '.wasm': 'application/wasm' };
-
-const server = http.createServer((request, response) => {
-  const url = new URL(request.url, 'http://localhost');
-  let file = path.join(here, 'frames.html');
-  if (url.pathname.startsWith('/three/')) file = path.join(modules, url.pathname);
-  if (url.pathname.startsWith('/file/')) file = files[Number(url.pathname.slice(6))];
-  fs.readFile(file, (error, data) => {
-    // Isolated pages have clocks of 5 microseconds instead of 100.
-    response.writeHead(error ? 404 : 200, {
-      'content-type': types[path.extname(file)] ?? 'application/octet-stream',
-      'cross-origin-opener-policy': 'same-origin', 'cross-origin-embedder-policy': 'require-corp',
-    });
-    response.end(error ? '' : data);
-  });
-});
-await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-
-const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-  args: ['--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking',
-    '--disable-component-update', '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
-});
+const { server, address } = await serve(modules, 'frames.html', files);
+const browser = await chromium_of(modules);
 const page = await browser.newPage();
 page.setDefaultTimeout(600000);
 const messages = [];
 page.on('console', (m) => { if (m.type() !== 'log' && !/GPU stall|favicon|404/.test(m.text())) messages.push(m.text()); });
 page.on('pageerror', (e) => messages.push(String(e)));
-await page.goto(`http://127.0.0.1:${server.address().port}/`, { timeout: 180000 });
+await page.goto(address, { timeout: 180000 });
 await page.waitForFunction('window.ready === true', null, { timeout: 180000 });
 
 // Mean over pixels and channels of the difference of two pictures, decoded by the browser.
