@@ -30,6 +30,9 @@ constexpr float kMostShare = 8.0f;
 constexpr int kFewestRays = 16;
 /// Standard errors that a block's middle may be off by for noise.
 constexpr float kDeviations = 1.5f;
+/// What noise does not excuse: more than so many tolerances and this share of a block's light.
+constexpr double kLargeStep = 8;
+constexpr float kMostExcused = 0.5f;
 /// Corners whose normals differ more than this (cosine) do not share.
 constexpr float kSameSurface = 0.97f;
 
@@ -280,7 +283,12 @@ class IndirectMap {
     const Rgb off = texel_[middle].irradiance - guess;
     const float worst = std::max({std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
     if (static_cast<double>(worst) <= settings_.tolerance * input_.mean_irradiance) return true;
-    // Noise alone makes as much: finer texels would be as noisy.
+    // Noise alone makes as much: finer texels would be as noisy. But not a step: where few rays
+    // find the light, as at the mouth of a crack, variance explains everything.
+    const bool step =
+        static_cast<double>(worst) > kLargeStep * settings_.tolerance * input_.mean_irradiance &&
+        worst > kMostExcused * std::max(guess.max(), texel_[middle].irradiance.max());
+    if (step) return false;
     float variance = texel_[middle].variance;
     for (const std::uint32_t c : corner) variance += texel_[c].variance;
     variance *= (1 + 0.25f) / 5;

@@ -45,8 +45,18 @@ ElementLookup::ElementLookup(const scene::Scene& scene, const rays::Caster& cast
   split_count_ = static_cast<std::uint64_t>(std::accumulate(split_.begin(), split_.end(), 0u));
 }
 
+bool ElementLookup::is_covered(const ElementPoint& at, bool back) const {
+  const auto frame = optics::surface_frame(*scene_, at.triangle, at.u, at.v, back, lift_);
+  const float height = kSightHeight * static_cast<float>(elements_->edge());
+  return caster_->occluded({frame.origin, frame.normal, 0.0f, height}, at.triangle);
+}
+
 bool ElementLookup::sees(const ElementPoint& from, const ElementPoint& to, bool back) const {
-  const float height = lift_ + kSightHeight * static_cast<float>(elements_->edge());
+  // Under a board that lies closer to the surface than that, one looks below the board.
+  const bool covered = is_covered(from, back);
+  if (covered != is_covered(to, back)) return false;
+  const float height =
+      covered ? lift_ : lift_ + kSightHeight * static_cast<float>(elements_->edge());
   const auto a = optics::surface_frame(*scene_, from.triangle, from.u, from.v, back, height);
   const auto b = optics::surface_frame(*scene_, to.triangle, to.u, to.v, back, height);
   return !caster_->occluded({a.origin, b.origin - a.origin, 0.0f, 1.0f}, from.triangle,

@@ -25,6 +25,8 @@ class ElementLookup {
   std::uint64_t split_cells() const { return split_count_; }
 
  private:
+  /// Something lies closer above the point than sight lines run.
+  bool is_covered(const ElementPoint& at, bool back) const;
   bool sees(const ElementPoint& from, const ElementPoint& to, bool back) const;
 
   const scene::Scene* scene_;
