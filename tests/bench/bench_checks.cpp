@@ -14,7 +14,7 @@ namespace {
 struct OracleHit {
   std::uint32_t triangle = rays::kNoTriangle;
   double t = 0;
-  double margin = 1;  // smallest distance of any barycentric coordinate from zero
+  double margin = 1;  // smallest distance from zero of any barycentric coordinate, or t of a hit
 };
 
 class Oracle {
@@ -66,8 +66,10 @@ class Oracle {
     if (det == 0) return;
     const Vec3d s = o - a, q = cross(s, e1);
     const double u = dot(s, p) / det, v = dot(d, q) / det, t = dot(e2, q) / det;
-    if (!(t > t_min) || !(t <= best.t)) return;
     const double least = std::min({u, v, 1 - u - v});
+    // On which side of its own origin a surface through it lies no ray can tell.
+    if (least >= 0) best.margin = std::min(best.margin, std::abs(t));
+    if (!(t > t_min) || !(t <= best.t)) return;
     best.margin = std::min(best.margin, std::abs(least));
     if (least < 0) return;
     best.triangle = i;
