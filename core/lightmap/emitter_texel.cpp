@@ -10,7 +10,6 @@
 namespace lightbatch::lightmap {
 namespace {
 
-using radiosity::EmitterTerms;
 using radiosity::Receiver;
 using radiosity::VisibilitySum;
 
@@ -90,9 +89,9 @@ void EmitterTexel::collect(std::uint32_t t, std::uint32_t points, BakeCounts& co
   for (std::uint32_t i = 0; i < used; ++i) {
     const Receiver at = receiver(i < grid_.count ? grid_.point[i] : place(i, within.point(i)));
     const float turn = static_cast<float>(i) / static_cast<float>(used);
-    const EmitterTerms terms = input_.direct.emitter_terms(
-        at, {item_seed(input_.seed, t, 200), turn}, counts.rays, static_cast<float>(negligible_));
-    for (std::size_t k = 0; k < terms.count; ++k) records_.push_back({terms.term[k], i});
+    input_.direct.emitter_terms(at, {item_seed(input_.seed, t, 200), turn}, terms_, counts.rays,
+                                static_cast<float>(negligible_));
+    for (std::size_t k = 0; k < terms_.count; ++k) records_.push_back({terms_.term[k], i});
   }
   std::sort(records_.begin(), records_.end(), [](const Record& a, const Record& b) {
     if (a.term.source != b.term.source) return a.term.source < b.term.source;

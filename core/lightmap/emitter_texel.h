@@ -77,6 +77,7 @@ class EmitterTexel {
   double negligible_;  // lux of a source that is not worth a ray of its own
   TexelPoints grid_;
   std::uint32_t points_ = 0;
+  radiosity::EmitterTerms terms_;
   std::vector<Record> records_, weak_;
   std::vector<float> light_at_;
 };

@@ -100,6 +100,7 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
   parallel_for(elements.count(), kGrain, [&](std::size_t begin, std::size_t end) {
     if (progress.cancelled()) return;
     RayCounts& rays = counts[begin / kGrain];
+    EmitterTerms terms;
     for (std::size_t i = begin; i < end; ++i) {
       const auto e = static_cast<ElementId>(i);
       const double edges =
@@ -142,8 +143,8 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
         ask_lights(at, false);
         if (emitters) {
           const float turn = static_cast<float>(s) / static_cast<float>(samples);
-          const EmitterTerms terms = input.direct.emitter_terms(
-              at, {item_seed(options.seed, e, 100), turn, kRoughCut}, rays);
+          input.direct.emitter_terms(at, {item_seed(options.seed, e, 100), turn, kRoughCut}, terms,
+                                     rays);
           if (terms.count > 0) {
             // The same for all points, so that their places in the sequence do not meet.
             const int rays_each = few_emitters ? kFewRays : kManyRays;

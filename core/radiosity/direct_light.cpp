@@ -160,9 +160,11 @@ Rgb DirectLight::open_irradiance(const Emitter& e, const Receiver& at, RayCounts
   return e.luminance * static_cast<float>(kPiDouble * factor);
 }
 
-EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice,
-                                        RayCounts& counts, float negligible) const {
-  EmitterTerms terms;
+void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, EmitterTerms& terms,
+                                RayCounts& counts, float negligible) const {
+  terms.count = 0;
+  terms.total = {};
+  terms.weight = 0;
   const auto& emitters = sources_->emitters();
   const auto add = [&](std::uint32_t index, std::uint32_t source, float scale) {
     const Emitter& e = emitters[index];
@@ -175,7 +177,7 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& cho
   };
   if (emitters.size() <= kFewEmitters) {
     for (std::uint32_t i = 0; i < emitters.size(); ++i) add(i, 2 * emitters[i].lamp, 1.0f);
-    return terms;
+    return;
   }
 
   // The cut: open the node of largest uncertainty until the table is full or nothing is doubtful.
@@ -224,7 +226,6 @@ EmitterTerms DirectLight::emitter_terms(const Receiver& at, const CutChoice& cho
       }
     }
   }
-  return terms;
 }
 
 VisibilitySum DirectLight::emitter_visibility(const Receiver& at, const EmitterTerms& terms,

@@ -74,7 +74,7 @@ struct EmitterTerms {
     float scale = 1;           // of a cut node over its representative, by power
   };
   std::array<Term, kCapacity> term;
-  std::size_t count = 0;
+  std::size_t count = 0;  // of term
   Rgb total;
   float weight = 0;
 };
@@ -118,8 +118,9 @@ class DirectLight {
     float tolerance = 0.005f;
   };
   /// Nodes that are unsure by less than `negligible` lux (channel sum) are not opened.
-  EmitterTerms emitter_terms(const Receiver& at, const CutChoice& choice, RayCounts& counts,
-                             float negligible = 0) const;
+  /// terms: scratch, large enough that callers keep it.
+  void emitter_terms(const Receiver& at, const CutChoice& choice, EmitterTerms& terms,
+                     RayCounts& counts, float negligible = 0) const;
 
   /// Casts `rays` shadow rays to points of the emitters, chosen by what each term brings; sample
   /// indices first, first + 1... of the Owen-Sobol sequence of `seed`.

@@ -57,7 +57,8 @@ TEST(Emitters, OneAtRandomIsRightInTheMean) {
       RayCounts counts;
       const double pick = random.next_double();
       const Vec2f on{random.next_float(), random.next_float()};
-      sum += static_cast<double>(direct.sampled_emitters(lamps.at, worth, pick, on, counts).irradiance.g);
+      sum += static_cast<double>(
+          direct.sampled_emitters(lamps.at, worth, pick, on, counts).irradiance.g);
     }
     EXPECT_NEAR(sum / kSamples / lamps.exact, 1, 0.04) << worth;
   }
@@ -75,8 +76,10 @@ TEST(Emitters, DealtOutTheyAreLessNoisy) {
     for (std::uint64_t i = 0; i < kPoints; ++i) {
       RayCounts counts;
       const auto turn = static_cast<float>(i) / kPoints;
+      EmitterTerms terms;
       const auto sum_of = [&](const DirectLight::CutChoice& choice) {
-        return static_cast<double>(direct.emitter_terms(lamps.at, choice, counts).total.g);
+        direct.emitter_terms(lamps.at, choice, terms, counts);
+        return static_cast<double>(terms.total.g);
       };
       dealt_sum += sum_of({run, turn}) / kPoints;
       random_sum += sum_of({item_seed(run, i), 0}) / kPoints;
