@@ -146,7 +146,7 @@ Result<PilotTruth> judge_pilot(const JobOptions& options, const Prepared& p,
   const StageClock clock;
   LB_ASSIGN_OR_RETURN(const accuracy::Certificate run,
                       accuracy::certify(tracer, probes, all, progress));
-  return PilotTruth{run.relrmse, run.low,
+  return PilotTruth{run.low,
                     run.paths > 0 ? clock.seconds() / static_cast<double>(run.paths) : 0.0};
 }
 

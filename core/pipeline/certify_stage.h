@@ -35,7 +35,7 @@ std::uint64_t path_budget(const Prepared& p, double bake_rays);
 
 /// What path tracing says of the texels of a pilot.
 struct PilotTruth {
-  double error = 0, low = 0;  // relRMSE and the lower end of its interval
+  double low = 0;             // lower end of the interval of relRMSE
   double seconds_a_path = 0;  // wall
 };
 /// Judges the selected texels with that many paths.
