@@ -100,20 +100,18 @@ void EmitterTexel::collect(std::uint32_t t, std::uint32_t points, BakeCounts& co
 }
 
 VisibilitySum EmitterTexel::cast(std::uint32_t t, std::span<const Record> records, int rays,
-                                 BakeCounts& counts) const {
+                                 BakeCounts& counts) {
+  up_to_.clear();
   float weight = 0;
-  for (const Record& r : records) weight += r.term.weight;
+  for (const Record& r : records) up_to_.push_back(weight += r.term.weight);
   const OwenSobol8 sequence(
       static_cast<std::uint32_t>(item_seed(input_.seed, t, 1000 + records[0].term.source)));
   VisibilitySum sum;
   // Points of an emitter that lie behind the texel make no ray.
   for (std::uint32_t k = 0; sum.rays < rays && k < 4 * static_cast<std::uint32_t>(rays); ++k) {
-    float choice = sequence.coordinate(k, 2) * weight;
-    std::size_t i = 0;
-    while (i + 1 < records.size() && choice >= records[i].term.weight) {
-      choice -= records[i++].term.weight;
-    }
-    const Record& r = records[i];
+    const auto chosen =
+        std::upper_bound(up_to_.begin(), up_to_.end() - 1, sequence.coordinate(k, 2) * weight);
+    const Record& r = records[static_cast<std::size_t>(chosen - up_to_.begin())];
     input_.direct.emitter_ray(receiver(place(r.point, sequence.pair(k, 3))), r.term,
                               static_cast<double>(r.term.weight / weight), sequence.pair(k, 0),
                               counts.rays, sum);

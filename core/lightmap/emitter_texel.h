@@ -68,7 +68,7 @@ class EmitterTexel {
                       std::vector<SourceState>* states, std::span<Rgb> by_group,
                       BakeCounts& counts);
   radiosity::VisibilitySum cast(std::uint32_t t, std::span<const Record> records, int rays,
-                                BakeCounts& counts) const;
+                                BakeCounts& counts);
   int rays_for_edge(double light, std::size_t edges) const;
 
   const BakeInput& input_;
@@ -79,7 +79,7 @@ class EmitterTexel {
   std::uint32_t points_ = 0;
   radiosity::EmitterTerms terms_;
   std::vector<Record> records_, weak_;
-  std::vector<float> light_at_;
+  std::vector<float> up_to_, light_at_;
 };
 
 }  // namespace lightbatch::lightmap
