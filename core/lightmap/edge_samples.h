@@ -8,6 +8,9 @@ namespace lightbatch::lightmap {
 /// Owen-Sobol samples of a visibility edge have a standard error of about this times N^-0.75.
 constexpr double kEdgeError = 0.5;
 
+/// Range of unshadowed light that a pilot's points even out, of the allowed error.
+constexpr double kMostUneven = 4;
+
 /// Of the mean of N samples whose error is constant * N^-0.75.
 inline double edge_error(int samples, double constant = kEdgeError) {
   return constant * std::pow(samples, -0.75);

@@ -27,8 +27,6 @@ constexpr double kUnseen = 0.06;
 constexpr double kEdgePoints = 16;
 constexpr double kMostPoints = 256;
 constexpr double kPointsForUneven = 2;
-/// Range of open light that the pilot's points even out, of the allowed error.
-constexpr double kMostUneven = 4;
 
 const SourceState* find(std::span<const SourceState> states, std::uint32_t source) {
   const auto at = std::lower_bound(

@@ -27,8 +27,6 @@ constexpr double kUnseenShare = 2;
 /// A light that is so many times the mean irradiance is asked from all points of a texel: a strip
 /// of sun that is thinner than a texel counts.
 constexpr double kStrong = 2;
-/// Range of unshadowed light that the pilot's points even out, of the allowed error.
-constexpr double kMostUneven = 4;
 /// Shares of a light that differ by more than this are two states.
 constexpr float kSameShare = 0.02f;
 

@@ -45,7 +45,6 @@ std::uint16_t with_state(std::uint16_t states, std::size_t k, LightState s) {
 /// Shadow rays to emitters from each point of an element, where these are few and where not.
 constexpr int kFewRays = 2;
 constexpr int kManyRays = 4;
-constexpr std::size_t kFewEmitters = 8;
 /// An element is one of many that a texel sees: chance among its lamps evens out.
 constexpr float kRoughCut = 0.05f;
 

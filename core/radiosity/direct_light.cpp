@@ -18,8 +18,6 @@ using hierarchy::Hierarchy;
 /// Of asking a weak light at all. A walk from the root knows little of what is close to one lamp of
 /// many, so that it must not be small.
 constexpr double kLeastChance = 0.25;
-/// So many emitters need no cut.
-constexpr std::size_t kFewEmitters = 8;
 /// Shadow rays stop this far (relative) short of the light.
 constexpr float kShadowEnd = 1.0f - 4e-7f;
 

@@ -79,6 +79,9 @@ struct EmitterTerms {
   float weight = 0;
 };
 
+/// So many emitters need no cut.
+constexpr std::size_t kFewEmitters = 8;
+
 /// Running ratio of visible to all sampled emission, per channel.
 struct VisibilitySum {
   Rgbd visible;

@@ -5,8 +5,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
-#include "core/math/sampling.h"
-#include "core/math/sobol.h"
+#include "core/radiosity/element_rays.h"
 #include "core/radiosity/hemisphere_walk.h"
 
 namespace lightbatch::radiosity {
@@ -18,9 +17,8 @@ constexpr int kRaysFactor = 2;
 constexpr int kLeastRays = 8;
 
 int ray_count(const Elements& elements, ElementId e, int rays) {
-  const double half = 0.5 * elements.edge();
-  const double share = std::min(1.0, static_cast<double>(elements.area(e)) / (half * half));
-  return std::max(kLeastRays, static_cast<int>(std::lround(kRaysFactor * rays * share)));
+  return std::max(kLeastRays,
+                  static_cast<int>(std::lround(kRaysFactor * rays * share_of_rays(elements, e))));
 }
 
 struct Meeting {
@@ -67,14 +65,10 @@ CosineRays shoot_cosine_rays(const SolverInput& input, const LinkTree& tree,
       const std::size_t before = out.meetings.size();
       Rgbd sky;
       for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(count); ++k) {
-        const Vec2f at = sequence.pair(k, 2);
-        const ElementPoint p = elements.point(e, at.x, at.y);
-        const auto frame = optics::surface_frame(input.scene, p.triangle, p.u, p.v,
-                                                 elements.is_back(e), input.direct.lift());
-        const Vec3f direction =
-            Frame::about(frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
+        const auto [ray, triangle] = element_ray(input, e, sequence, k);
+        const Vec3f& direction = ray.direction;
         walk_hemisphere_ray(
-            input.optics, input.caster, {frame.origin, direction}, p.triangle, out.counts,
+            input.optics, input.caster, ray, triangle, out.counts,
             [&](const rays::Hit& hit, const Rgb& weight) {
               const ElementId source = elements.at(hit.triangle, hit.u, hit.v, hit.back);
               if (source != kNoElement) out.meetings.push_back({tree.place(source), weight});

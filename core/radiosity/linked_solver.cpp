@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/radiosity/area_sum.h"
 #include "core/radiosity/linked_rays.h"
 #include "core/radiosity/linked_refine.h"
 #include "core/radiosity/linked_transport.h"
@@ -25,25 +26,6 @@ constexpr std::array<double, 3> kPasses = {64, 8, 1};
 /// Solving between passes need only tell bright from dark.
 constexpr double kRoughTolerance = 0.03;
 
-template <typename ValueOf>
-Rgbd area_sum(const Elements& elements, ValueOf value_of) {
-  return deterministic_reduce(
-      elements.count(), 4096, Rgbd{},
-      [&](std::size_t begin, std::size_t end) {
-        Rgbd sum;
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto e = static_cast<ElementId>(i);
-          sum += value_of(e) * static_cast<double>(elements.area(e));
-        }
-        return sum;
-      },
-      [](const Rgbd& a, const Rgbd& b) { return a + b; });
-}
-
-Rgbd divide(const Rgbd& a, const Rgbd& b) {
-  const auto ratio = [](double x, double y) { return std::fabs(y) > 1e-300 ? x / y : 0.0; };
-  return {ratio(a.r, b.r), ratio(a.g, b.g), ratio(a.b, b.b)};
-}
 Rgbd magnitude(const Rgbd& c) { return {std::fabs(c.r), std::fabs(c.g), std::fabs(c.b)}; }
 
 /// B = start + rho K B, from the given B on. Returns K B of the last B.

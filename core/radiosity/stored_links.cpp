@@ -5,8 +5,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
-#include "core/math/sampling.h"
-#include "core/math/sobol.h"
+#include "core/radiosity/element_rays.h"
 #include "core/radiosity/hemisphere_walk.h"
 #include "core/radiosity/resolved_light.h"
 
@@ -16,9 +15,7 @@ namespace {
 constexpr std::size_t kGrain = 256;
 
 int ray_count(const Elements& elements, ElementId e, int rays) {
-  const double half = 0.5 * elements.edge();
-  const double share = std::min(1.0, static_cast<double>(elements.area(e)) / (half * half));
-  return std::max(2, static_cast<int>(std::lround(rays * share)));
+  return std::max(2, static_cast<int>(std::lround(rays * share_of_rays(elements, e))));
 }
 
 }  // namespace
@@ -52,14 +49,10 @@ Shot shoot(const SolverInput& input, const SolverOptions& options, const Solutio
       Rgbd from_sky, resolved;
       int near_hits = 0;
       for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(rays); ++k) {
-        const Vec2f ab = sequence.pair(k, 2);
-        const ElementPoint p = elements.point(e, ab.x, ab.y);
-        const auto frame = optics::surface_frame(input.scene, p.triangle, p.u, p.v,
-                                                 elements.is_back(e), input.direct.lift());
-        const Vec3f direction =
-            Frame::about(frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
+        const auto [ray, triangle] = element_ray(input, e, sequence, k);
+        const Vec3f& direction = ray.direction;
         walk_hemisphere_ray(
-            input.optics, input.caster, {frame.origin, direction}, p.triangle, out.counts,
+            input.optics, input.caster, ray, triangle, out.counts,
             [&](const rays::Hit& hit, const Rgb& weight) {
               if (hit.t < near) ++near_hits;
               ElementId source = input.lookup.at(hit);

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/radiosity/area_sum.h"
 #include "core/radiosity/reflection.h"
 #include "core/radiosity/solver.h"
 #include "core/radiosity/stored_links.h"
@@ -18,25 +19,6 @@ namespace lightbatch::radiosity {
 namespace {
 
 constexpr int kMaxIterations = 400;
-
-Rgbd area_sum(const Elements& elements, const auto& value_of) {
-  return deterministic_reduce(
-      elements.count(), 4096, Rgbd{},
-      [&](std::size_t begin, std::size_t end) {
-        Rgbd sum;
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto e = static_cast<ElementId>(i);
-          sum += value_of(e) * static_cast<double>(elements.area(e));
-        }
-        return sum;
-      },
-      [](Rgbd a, const Rgbd& b) { return a + b; });
-}
-
-Rgbd divide(const Rgbd& a, const Rgbd& b) {
-  const auto ratio = [](double x, double y) { return std::fabs(y) > 1e-300 ? x / y : 0.0; };
-  return {ratio(a.r, b.r), ratio(a.g, b.g), ratio(a.b, b.b)};
-}
 
 /// first / held per channel; 1 where nothing is held, and never a wild step.
 Rgbd correction(const Rgbd& first, const Rgbd& held) {
