@@ -12,22 +12,38 @@ struct Part {
   std::uint32_t count = 0;
   std::uint32_t place = 0;
   int depth = 0;
-  std::uint8_t side = 0;  // which buffer
+  bool in_tree = false;  // where the records are
 };
+
+/// Where parts keep their records: level by level in memory of their own, and in the nodes of their
+/// subtree, which are written last. The bins of the records are always in the nodes.
+struct PartMemory {
+  Record* apart;
+  TreeNode* nodes;
+
+  Record* records(const Part& part) const {
+    return part.in_tree ? reinterpret_cast<Record*>(nodes + part.place + part.count - 1)
+                        : apart + part.begin;
+  }
+  /// Between the root of the subtree and the records.
+  std::uint16_t* codes(const Part& part, std::size_t axis) const {
+    return reinterpret_cast<std::uint16_t*>(nodes + part.place + 1) + axis * part.count;
+  }
+};
+static_assert(sizeof(Record) == sizeof(TreeNode) && 3 * sizeof(std::uint16_t) < sizeof(Record) / 3);
 
 class BinSplit {
  public:
-  using Buffers = std::array<Record*, 2>;
-  using Codes = std::array<std::uint16_t*, 3>;
+  BinSplit(const PartMemory& memory, int threads)
+      : memory_(memory), threads_(static_cast<std::size_t>(threads)) {}
 
-  /// `codes` hold the bin of each record on each axis.
-  BinSplit(const Buffers& buffers, const Codes& codes, TreeArrays& tree)
-      : buffers_(buffers), codes_(codes), tree_(tree) {}
-
-  /// Splits the node into the other buffer. False, and nothing done, if bins tell too little.
+  /// Splits the node, which has more than two records, and moves them. False, and nothing done, if
+  /// bins tell too little.
   bool operator()(const Part& part, std::array<Part, 2>& children) {
     part_ = &part;
-    records_ = buffers_[part.side] + part.begin;
+    records_ = memory_.records(part);
+    const std::size_t pieces = threads_ == 1 ? 1 : 2 * threads_;
+    chunk_ = std::max(kLeastChunk, (part.count + pieces - 1) / pieces);
     range_ = allowed_positions(part.count, part.depth);
     if (range_.first > 1 || !place_bins()) return false;
     fill_bins();
@@ -45,7 +61,7 @@ class BinSplit {
 
  private:
   static constexpr std::uint32_t kBins = 1024;
-  static constexpr std::size_t kChunk = 32768;
+  static constexpr std::size_t kLeastChunk = 8192;
   static constexpr std::uint32_t kMostDoubtful = 4;  // a fraction: one in so many
 
   SweepContext context(std::uint32_t axis) const { return {part_->count, axis, range_}; }
@@ -68,11 +84,12 @@ class BinSplit {
     return true;
   }
 
-  std::size_t chunks() const { return (part_->count + kChunk - 1) / kChunk; }
+  /// Results do not depend on the number of chunks.
+  std::size_t chunks() const { return (part_->count + chunk_ - 1) / chunk_; }
   template <typename Body>
   void each_chunk(Body body) const {
-    parallel_for(part_->count, kChunk,
-                 [&](std::size_t begin, std::size_t end) { body(begin / kChunk, begin, end); });
+    parallel_for(part_->count, chunk_,
+                 [&](std::size_t begin, std::size_t end) { body(begin / chunk_, begin, end); });
   }
 
   /// Two sets of bins a chunk, one for each half of it, filled in turn: neighbours often fall into
@@ -88,8 +105,8 @@ class BinSplit {
       const V4f low = low_, scale = scale_, place_scale = place_scale_;
       const V4i last = V4i{} + static_cast<std::int32_t>(kBins - 1);
       const Record* const records = records_;
-      std::uint16_t* const codes[3] = {codes_[0] + part_->begin, codes_[1] + part_->begin,
-                                       codes_[2] + part_->begin};
+      std::uint16_t* const codes[3] = {memory_.codes(*part_, 0), memory_.codes(*part_, 1),
+                                       memory_.codes(*part_, 2)};
       const auto add = [&](std::size_t i, std::size_t set) {
         const V8f box = load_box(records + i);
         const V4f key = __builtin_shufflevector(box, box, 0, 1, 2, 3) -
@@ -157,7 +174,7 @@ class BinSplit {
   LB_INLINE void each_in_bins(std::size_t axis, std::uint32_t first, std::uint32_t last,
                               Body body) const {
     constexpr std::size_t kGroup = 32;
-    const std::uint16_t* codes = codes_[axis] + part_->begin;
+    const std::uint16_t* codes = memory_.codes(*part_, axis);
     const auto low = static_cast<std::uint16_t>(first),
                span = static_cast<std::uint16_t>(last - first);
     const auto inside = [&](std::uint16_t code) {
@@ -244,7 +261,7 @@ class BinSplit {
     const Blocks& blocks = blocks_[best.axis];
     std::size_t b = 0;  // the bin of the first on the right
     while (blocks.starts[b + 1] <= best.position) ++b;
-    write_box(tree_.nodes[part.place], load_box(&blocks.suffix[0]), part.begin, part.count);
+    write_box(memory_.nodes[part.place], load_box(&blocks.suffix[0]), part.begin, part.count);
     children = {part, part};
     children[0].range = load_box(&blocks.prefix[b + (best.position == blocks.starts[b] ? 0 : 1)]);
     children[0].count = best.position;
@@ -255,7 +272,7 @@ class BinSplit {
     children[1].place = part.place + 2 * best.position;
     for (Part& child : children) {
       ++child.depth;
-      child.side ^= 1u;
+      child.in_tree = !part.in_tree;
     }
     bool ties = false;
     const Record edge = first_on_right(best, b, ties);
@@ -266,10 +283,11 @@ class BinSplit {
                                 : count_left<false>(records_ + begin, end - begin, edge, best.axis);
     });
     for (std::size_t chunk = 0; chunk < chunks(); ++chunk) lefts[chunk + 1] += lefts[chunk];
-    Record* const to = buffers_[part.side ^ 1u] + part.begin;
+    Record *const to_left = memory_.records(children[0]), *const to_right =
+                                                              memory_.records(children[1]);
     each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
-      Record* left = to + lefts[chunk];
-      Record* right = to + best.position + (begin - lefts[chunk]);
+      Record* left = to_left + lefts[chunk];
+      Record* right = to_right + (begin - lefts[chunk]);
       if (ties) {
         distribute<true>(records_ + begin, end - begin, edge, best.axis, left, right);
       } else {
@@ -278,12 +296,12 @@ class BinSplit {
     });
   }
 
-  const Buffers& buffers_;
-  const Codes& codes_;
-  TreeArrays& tree_;
+  PartMemory memory_;
+  std::size_t threads_;
   // Of the node at hand.
   const Part* part_ = nullptr;
   const Record* records_ = nullptr;
+  std::size_t chunk_ = 0;
   PositionRange range_{};
   V4f low_{}, scale_{}, place_scale_{};
   std::array<bool, 3> flat_{};

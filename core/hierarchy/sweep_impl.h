@@ -21,17 +21,17 @@ constexpr std::uint32_t kSubtrees = 12;   // all threads split nodes down to a t
 class Sweep {
  public:
   Sweep(std::span<const Aabb> boxes, TreeArrays& tree)
-      : boxes_(boxes), tree_(tree), memory_(2 * boxes.size()), code_memory_(3 * boxes.size()) {
-    for (std::size_t i = 0; i < 2; ++i) buffers_[i] = memory_.data() + i * boxes.size();
-    for (std::size_t i = 0; i < 3; ++i) codes_[i] = code_memory_.data() + i * boxes.size();
-  }
+      : boxes_(boxes),
+        tree_(tree),
+        records_(boxes.size()),
+        memory_{records_.data(), tree.nodes.data()} {}
 
   void run() {
     const auto n = static_cast<std::uint32_t>(boxes_.size());
     const std::uint32_t enough = std::max(kSorted, n / kSubtrees);
-    std::vector<Part> open{{make_records(), 0, n, 0, 0, 0}};
+    std::vector<Part> open{{make_records(), 0, n, 0, 0, false}};
     std::vector<Part> subtrees;
-    BinSplit split(buffers_, codes_, tree_);
+    BinSplit split(memory_, thread_count());
     while (!open.empty()) {
       const Part part = open.back();
       open.pop_back();
@@ -57,8 +57,8 @@ class Sweep {
     parallel_for(boxes_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       V8f box = empty_box();
       for (std::size_t i = begin; i < end; ++i) {
-        buffers_[0][i] = Record::of(boxes_[i], static_cast<std::uint32_t>(i));
-        box = unite(load_box(buffers_[0] + i), box);
+        records_[i] = Record::of(boxes_[i], static_cast<std::uint32_t>(i));
+        box = unite(load_box(&records_[i]), box);
       }
       store_box(&chunks[begin / kGrain], box);
     });
@@ -68,7 +68,7 @@ class Sweep {
   }
 
   void subtree(const Part& root) {
-    BinSplit split(buffers_, codes_, tree_);
+    BinSplit split(memory_, 1);
     NodeBlocks blocks;
     LargeVector<Record> lists;
     std::vector<Part> open{root};
@@ -94,14 +94,12 @@ class Sweep {
       memory = LargeVector<Record>(6 * std::max<std::size_t>(each, kSorted + kStagger));
     SweepLists lists;
     for (std::size_t i = 0; i < 6; ++i) lists[i / 3][i % 3] = memory.data() + i * each;
-    presort({buffers_[part.side] + part.begin, part.count}, lists[0], lists[1]);
+    presort({memory_.records(part), part.count}, lists[0], lists[1]);
     SortedSweep(lists, part.begin, blocks, tree_).run({0, part.count, part.place, part.depth, {}});
   }
 
   std::span<const Aabb> boxes_;
   TreeArrays& tree_;
-  LargeVector<Record> memory_;
-  LargeVector<std::uint16_t> code_memory_;
-  BinSplit::Buffers buffers_{};
-  BinSplit::Codes codes_{};
+  LargeVector<Record> records_;
+  PartMemory memory_;
 };
