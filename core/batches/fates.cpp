@@ -11,6 +11,8 @@ namespace {
 /// Copies are worth this many bytes for each draw that they save; with lightmaps more, since every
 /// placement then has bytes of its own anyway and instances cannot share a draw.
 constexpr double kBytesOfDraw = 16384, kBytesOfLitDraw = 65536;
+/// Meshes so near in their bytes for each draw are copied together.
+constexpr double kNear = 1.1;
 /// Growth that is allowed whatever it brings.
 constexpr double kLittleGrowth = 0.25;
 
@@ -94,7 +96,10 @@ bool joins_others(const scene::Scene& scene, const KeyMap& keys, const Shared& m
 
 }  // namespace
 
-Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const KeyMap& keys) {
+Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const KeyMap& keys,
+                   double bytes_of_draw) {
+  const bool lit = !options.page_of_triangle.empty();
+  bytes_of_draw = std::max(bytes_of_draw, lit ? kBytesOfLitDraw : kBytesOfDraw);
   Fates fates;
   fates.of_object.assign(scene.objects.size(), Fate::kMerged);
   fates.reason.resize(scene.objects.size());
@@ -118,19 +123,20 @@ Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const
     return a.bytes * static_cast<double>(b.placements.front().size()) <
            b.bytes * static_cast<double>(a.placements.front().size());
   });
-  const bool lit = !options.page_of_triangle.empty();
   const double most = std::max(0.0, options.max_growth - 1) * fates.geometry_bytes;
   const double little = std::min(most, kLittleGrowth * fates.geometry_bytes);
   for (const Shared& mesh : meshes) {
     if (mesh.placements.size() < 2) continue;
     const double copies = mesh.bytes * static_cast<double>(mesh.placements.size() - 1);
     const double bytes_a_draw = mesh.bytes / static_cast<double>(mesh.placements.front().size());
-    const bool worth = bytes_a_draw <= (lit ? kBytesOfLitDraw : kBytesOfDraw) &&
-                       (lit || joins_others(scene, keys, mesh, users));
+    const bool joins = lit || joins_others(scene, keys, mesh, users);
+    const bool worth = joins && bytes_a_draw <= bytes_of_draw;
     if (fates.copied_bytes + copies <= (worth ? most : little)) {
       fates.copied_bytes += copies;
       continue;
     }
+    if (joins && !worth && fates.next_bytes_of_draw == 0)
+      fates.next_bytes_of_draw = kNear * bytes_a_draw;
     Placements fit;
     for (const auto& objects : mesh.placements) {
       bool fits = options.gpu_instancing && !lit;

@@ -23,7 +23,11 @@ struct Fates {
   std::vector<Placements> shared;   // of each mesh to be drawn by instance cells
   double geometry_bytes = 0;
   double copied_bytes = 0;
+  double next_bytes_of_draw = 0;  // that would copy more; 0: nothing would
 };
-Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const KeyMap& keys);
+/// bytes_of_draw: what copies may add to the file for each draw that they save; at least the
+/// default, 16 KiB or with lightmaps 64.
+Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const KeyMap& keys,
+                   double bytes_of_draw = 0);
 
 }  // namespace lightbatch::batches

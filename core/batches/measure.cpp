@@ -164,17 +164,22 @@ ViewSet::ViewSet(const Profile& profile_, std::vector<View> views_)
   }
 }
 
-ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                      const Viewpoints& viewpoints) {
-  ViewSet set(viewpoints.profile(), viewpoints.sample(kInsideViews, kOutsideViews));
+void count_ideal(const scene::Scene& scene, const hierarchy::Hierarchy& tree, ViewSet& set) {
   std::vector<std::uint64_t> ideal(set.views.size());
   parallel_for(ideal.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v)
       ideal[v] = ideal_triangles(scene, tree, Frustum(set.views[v], set.profile));
   });
+  set.ideal_inside = set.ideal_outside = 0;
   for (std::size_t v = 0; v < ideal.size(); ++v)
     (set.views[v].inside ? set.ideal_inside : set.ideal_outside) +=
         set.share(set.views[v]) * static_cast<double>(ideal[v]);
+}
+
+ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
+                      const Viewpoints& viewpoints) {
+  ViewSet set(viewpoints.profile(), viewpoints.sample(kInsideViews, kOutsideViews));
+  count_ideal(scene, tree, set);
   return set;
 }
 

@@ -57,6 +57,8 @@ struct ViewSet {
   double inside_weight = 0, outside_weight = 0;
   double ideal_inside = 0, ideal_outside = 0;  // triangles not wholly outside one frustum plane
 };
+/// Fills in the ideal triangles.
+void count_ideal(const scene::Scene& scene, const hierarchy::Hierarchy& tree, ViewSet& set);
 /// 256 views inside and 16 outside, fixed for a scene and profile, or the caller's cameras.
 ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                       const Viewpoints& viewpoints);

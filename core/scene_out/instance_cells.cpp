@@ -93,8 +93,6 @@ Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePa
 }
 
 Json InstanceNodes::attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame) {
-  const auto [it, fresh] = attributes_.try_emplace(objects);
-  if (!fresh) return it->second;
   std::vector<float> translation, rotation, scale;
   bool turned = false, scaled = false;
   for (const std::uint32_t o : objects) {
@@ -107,10 +105,10 @@ Json InstanceNodes::attributes_of(const std::vector<std::uint32_t>& objects, con
     turned = turned || rotation.back() != 1;
     scaled = scaled || s != Vec3f{1, 1, 1};
   }
-  it->second = {{"TRANSLATION", w_.binary.add_instance_floats(translation, 3)}};
-  if (turned) it->second["ROTATION"] = w_.binary.add_instance_floats(rotation, 4);
-  if (scaled) it->second["SCALE"] = w_.binary.add_instance_floats(scale, 3);
-  return it->second;
+  Json attributes{{"TRANSLATION", w_.binary.add_instance_floats(translation, 3)}};
+  if (turned) attributes["ROTATION"] = w_.binary.add_instance_floats(rotation, 4);
+  if (scaled) attributes["SCALE"] = w_.binary.add_instance_floats(scale, 3);
+  return attributes;
 }
 
 Result<Json> InstanceNodes::node_of(const batches::BatchPlan& plan,
@@ -127,8 +125,8 @@ Result<Json> InstanceNodes::node_of(const batches::BatchPlan& plan,
     if (turn.rotation[3] != 1) node["rotation"] = turn.rotation;
     if (turn.scale != Vec3d{1, 1, 1}) node["scale"] = json_of(turn.scale);
   } else {
-    // Frames depend on the instances alone, so that all parts of a mesh share their attributes.
-    const Vec3d frame = to_double(to_float(first.t));
+    // Viewers draw near nodes first, by their origins, so that what is hidden costs no shading.
+    const Vec3d frame = to_double(to_float(w_.scene.origin + to_double(cell.box.centre())));
     if (frame != Vec3d{}) node["translation"] = json_of(frame);
     node["extensions"][kInstancing]["attributes"] = attributes_of(cell.objects, frame);
     declare_extension(w_.root, "extensionsUsed", kInstancing);

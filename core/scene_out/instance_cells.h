@@ -25,8 +25,7 @@ class InstanceNodes {
   Json attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame);
 
   Writer& w_;
-  std::map<std::uint32_t, PartMesh> meshes_;               // by part
-  std::map<std::vector<std::uint32_t>, Json> attributes_;  // by objects
+  std::map<std::uint32_t, PartMesh> meshes_;  // by part
 };
 
 }  // namespace lightbatch::scene_out

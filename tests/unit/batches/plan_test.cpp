@@ -7,93 +7,17 @@
 
 #include "core/base/parallel.h"
 #include "core/batches/measure.h"
+#include "tests/unit/batches/plans.h"
 #include "tests/unit/batches/scenes.h"
 
 namespace lightbatch::batches {
 namespace {
 
+using testing::expect_complete;
 using testing::grid_scene;
 using testing::hierarchy_of;
+using testing::plan_of;
 using testing::SceneBuilder;
-
-BatchPlan plan_of(const scene::Scene& scene, const BatchOptions& options = {},
-                  const Profile& profile = {}) {
-  auto result = plan(scene, hierarchy_of(scene), Viewpoints(scene, profile), options);
-  EXPECT_TRUE(result.ok()) << result.status().to_string();
-  return std::move(result).value();
-}
-
-/// Every triangle of an object is in one batch, a cell or left alone, and boxes are tight.
-void expect_complete(const scene::Scene& scene, const BatchPlan& plan) {
-  std::vector<int> times(scene.triangles.size(), 0);
-  for (const Batch& batch : plan.batches) {
-    Aabb all;
-    std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> keys;
-    for (const Group& group : batch.groups) {
-      EXPECT_TRUE(keys.insert({group.material, group.layout, group.page}).second);
-      Aabb box;
-      std::uint64_t triangles = 0;
-      for (const Piece& piece : group.pieces)
-        for (const Range& range : piece.ranges)
-          for (std::uint32_t t = range.first; t < range.first + range.count; ++t) {
-            ++times[t];
-            ++triangles;
-            EXPECT_EQ(scene.triangles[t].object, piece.object);
-            EXPECT_TRUE(group.coloured || scene.objects[piece.object].material == group.material);
-            for (const Vec3f& p : scene.corners(t)) box.add(p);
-          }
-      EXPECT_EQ(triangles, group.triangles);
-      EXPECT_EQ(box, group.box);
-      all.add(box);
-    }
-    EXPECT_EQ(all, batch.box);
-  }
-  for (const InstanceCell& cell : plan.cells) {
-    std::uint64_t triangles = 0;
-    for (const std::uint32_t placed : cell.objects)
-      for (const Piece& piece : plan.parts[cell.part].pieces)
-        for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
-          // The object of this placement that corresponds to the piece's.
-          const scene::Object& object = scene.objects[o];
-          const scene::Object& model = scene.objects[piece.object];
-          if (object.node != scene.objects[placed].node || object.mesh != model.mesh ||
-              object.instance != scene.objects[placed].instance ||
-              object.primitive != model.primitive)
-            continue;
-          for (const Range& range : piece.ranges)
-            for (std::uint32_t k = 0; k < range.count; ++k) {
-              const std::uint32_t t =
-                  object.first_triangle + range.first + k - model.first_triangle;
-              ++times[t];
-              ++triangles;
-              for (const Vec3f& p : scene.corners(t)) {
-                const Aabb corner{p, p};
-                Aabb box = cell.box;
-                box.add(corner);
-                EXPECT_EQ(box, cell.box);
-              }
-            }
-        }
-    EXPECT_EQ(triangles, cell.triangles);
-  }
-  for (const LeftAlone& left : plan.left_alone) {
-    EXPECT_FALSE(left.reason.empty());
-    for (std::uint32_t k = 0; k < scene.objects[left.object].triangle_count; ++k)
-      ++times[scene.objects[left.object].first_triangle + k];
-  }
-  EXPECT_EQ(std::count(times.begin(), times.end(), 1), static_cast<std::ptrdiff_t>(times.size()));
-  std::set<std::uint32_t> in_tree;
-  for (std::size_t i = 0; i < plan.tree.size(); ++i) {
-    const TreeNode& node = plan.tree[i];
-    if (node.batch != scene::kNone) {
-      EXPECT_TRUE(in_tree.insert(node.batch).second);
-    } else {
-      EXPECT_GE(node.children.size(), 2u);
-      for (const std::uint32_t child : node.children) EXPECT_GT(child, i);
-    }
-  }
-  EXPECT_EQ(in_tree.size(), plan.batches.size());
-}
 
 TEST(Plan, MergesSmallObjectsAndKeepsThemWhole) {
   const auto scene = grid_scene(12, 3);
@@ -278,27 +202,6 @@ TEST(Plan, MaterialsOfOneClassShareDraws) {
   const BatchPlan p = plan_of(scene, options);
   ASSERT_EQ(p.draws_after, 1u);
   EXPECT_TRUE(p.batches[0].groups[0].coloured);
-}
-
-TEST(Plan, ManyDrawsAreBroughtToTheAllowedShare) {
-  // 30 x 30 boxes of 432 triangles: cost alone would draw far more often.
-  const auto scene = grid_scene(30, 1, 6);
-  Profile dear;
-  dear.triangle = 0.5;
-  BatchOptions options;
-  const BatchPlan bounded = plan_of(scene, options, dear);
-  expect_complete(scene, bounded);
-  options.draws_share = 1;
-  const BatchPlan free = plan_of(scene, options, dear);
-  EXPECT_GT(bounded.draw_price, free.draw_price);
-  const ViewSet views = make_view_set(scene, hierarchy_of(scene), Viewpoints(scene, dear));
-  const auto mean = [&](const BatchPlan& plan) {
-    return measure_draws(views, draws_of_plan(scene, plan)).inside.draws;
-  };
-  const double before = measure_draws(views, draws_of_input(scene)).inside.draws;
-  EXPECT_GT(mean(free), 0.2 * before);
-  // The model is a mean over fewer eyes than the measure.
-  EXPECT_LT(mean(bounded), 0.12 * before);
 }
 
 TEST(Plan, CamerasAreTheViewsThatItIsMadeFor) {
