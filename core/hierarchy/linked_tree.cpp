@@ -1,10 +1,10 @@
 #include "core/hierarchy/linked_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "core/base/parallel.h"
-#include "core/hierarchy/split_rule.h"
 
 namespace lightbatch::hierarchy {
 namespace {
@@ -61,14 +61,44 @@ LinkedTree::LinkedTree(const TreeArrays& tree, float least_area)
   for (std::size_t k = inner.size(); k-- > 0;) {
     heights_[inner[k]] = height_of_pair(nodes_[inner[k]].link);
   }
+  merged_costs_.resize(nodes_.size());
+  for (Slot i = 0; i < slot_count(); ++i) {
+    if (is_leaf(i) && count(i) <= kMergedLeaf) {
+      merged_costs_[i] = merged_cost_below(nodes_[i].link & ~kLeaf);
+    }
+  }
+  for (std::size_t k = inner.size(); k-- > 0;) refit_merged_cost(inner[k]);
 }
 
 std::uint8_t LinkedTree::height_of_pair(Slot pair) const {
   return static_cast<std::uint8_t>(1 + std::max(heights_[pair], heights_[pair + 1]));
 }
 
+float LinkedTree::merged_cost_below(std::uint32_t node) const {
+  const TreeNode* nodes = &tree_.nodes[node];
+  std::array<float, 2 * kMergedLeaf> cost;
+  for (std::uint32_t k = 2 * nodes->count - 1; k-- > 0;) {  // children first
+    const TreeNode& n = nodes[k];
+    const float area =
+        half_area(n.upper[0] - n.lower[0], n.upper[1] - n.lower[1], n.upper[2] - n.lower[2]);
+    cost[k] = area * static_cast<float>(n.count);
+    if (n.count == 1) continue;
+    cost[k] = std::min(cost[k], area + cost[k + 1] + cost[k + 2 * nodes[k + 1].count]);
+  }
+  return cost[0];
+}
+
+void LinkedTree::refit_merged_cost(Slot i) {
+  if (count(i) > kMergedLeaf) return;
+  const Slot pair = child(i);
+  const float area = box(i).area();
+  merged_costs_[i] =
+      area + merged_costs_[pair] + merged_costs_[pair + 1] - saved_by_merging(pair, pair + 1, area);
+}
+
 void LinkedTree::copy_node(Slot to, Slot from) {
   nodes_[to] = nodes_[from];
+  merged_costs_[to] = merged_costs_[from];
   heights_[to] = heights_[from];
   if (!is_leaf(to)) parents_[nodes_[to].link / 2] = to;
 }
@@ -85,9 +115,23 @@ void LinkedTree::refit_to_root(Slot i) {
     }
     node.count = count;
     heights_[i] = height_of_pair(node.link);
+    refit_merged_cost(i);
     if (i == 0) return;
     i = parent(i);
   }
+}
+
+double LinkedTree::cost() const {
+  double sum = 0;
+  for (Slot i = 0; i < slot_count(); ++i) {
+    if (count(i) <= kMergedLeaf) {
+      const bool counted = i != 0 && count(parent(i)) <= kMergedLeaf;  // in its parent's
+      sum += counted ? 0 : static_cast<double>(merged_cost(i));
+    } else if (!is_leaf(i)) {
+      sum += static_cast<double>(box(i).area());
+    }
+  }
+  return sum;
 }
 
 void LinkedTree::move(Slot from, Slot to) {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <vector>
 
 #include "core/hierarchy/builder.h"
+#include "core/hierarchy/split_rule.h"
 
 namespace lightbatch::hierarchy {
 
@@ -64,12 +66,28 @@ class LinkedTree {
   const Node* node(Slot i) const { return &nodes_[i]; }
   Slot child(Slot i) const { return nodes_[i].link; }
   Slot parent(Slot i) const { return parents_[i / 2]; }
+  std::uint32_t count(Slot i) const { return nodes_[i].count; }
+  /// Of a subtree of at most kMergedLeaf primitives: the sum of half areas of its nodes, those of a
+  /// merged leaf once for each primitive, merged wherever that lowers it.
+  float merged_cost(Slot i) const { return merged_costs_[i]; }
+  /// By how much a node of half area `area` over these two children costs less than that and they,
+  /// because it may be a merged leaf.
+  float saved_by_merging(Slot a, Slot b, float area) const {
+    const std::uint32_t n = nodes_[a].count + nodes_[b].count;
+    if (n > kMergedLeaf) return 0;
+    const float apart = area + merged_costs_[a] + merged_costs_[b];
+    return std::max(0.0f, apart - area * static_cast<float>(n));
+  }
   Box box(Slot i) const {
     Box b;
     std::memcpy(&b.lower, nodes_[i].lower, sizeof b.lower);
     std::memcpy(&b.negated_upper, nodes_[i].negated_upper, sizeof b.negated_upper);
     return b;
   }
+
+  /// Sum of the half areas of the nodes and merged leaves of the top: less after than before moves
+  /// by as much as the whole tree costs less.
+  double cost() const;
 
   /// Takes `from` out (its sibling takes the parent's slot) and puts it beside `to` (whose slot
   /// becomes the parent of both). `to` must be neither its sibling nor its parent. Boxes and counts
@@ -80,13 +98,16 @@ class LinkedTree {
  private:
   void copy_node(Slot to, Slot from);
   std::uint8_t height_of_pair(Slot pair) const;
+  float merged_cost_below(std::uint32_t node) const;
+  void refit_merged_cost(Slot i);
   void refit_to_root(Slot i);
   struct Part;
   void copy_subtree(const Part& part, TreeArrays& out) const;
 
   const TreeArrays& tree_;
   std::vector<Node> nodes_;
-  std::vector<Slot> parents_;          // of each pair
+  std::vector<Slot> parents_;  // of each pair
+  std::vector<float> merged_costs_;
   std::vector<std::uint8_t> heights_;  // levels of the top below each slot
 };
 

@@ -3,10 +3,12 @@
 // Optimization, CGF 2018. In each round the nodes with the largest boxes look for the place where
 // the tree's area shrinks most (branch and bound from their own place upward); moves that do not
 // touch one another are made, best first.
-// Deviations: a node that looked in vain sits out some rounds, so others get a turn; searches see
-// the tree as it was at the start of the round, and moves are ordered by (gain, slot), so threads
-// do not matter; searches stop after a fixed number of steps; only the top of the tree, where nodes
-// are as large as those that look, is linked.
+// Deviations: nodes of few primitives that fit into one leaf of a casting tree count as one where
+// that costs less, so that large primitives find one another (they would end as a chain of nodes as
+// large as the scene otherwise); a node that looked in vain sits out some rounds, so others get a
+// turn; searches see the tree as it was at the start of the round, and moves are ordered by (gain,
+// slot), so threads do not matter; searches stop after a fixed number of steps; only the top of the
+// tree, where nodes are as large as those that look, is linked.
 
 #include "core/hierarchy/reinsertion.h"
 
@@ -28,10 +30,11 @@ using Slot = LinkedTree::Slot;
 using Box = LinkedTree::Box;
 
 constexpr int kRounds = 8;
-constexpr double kShare = 0.01;  // of all nodes look for a better place in a round
-constexpr int kPool = 2;         // times as many, the largest, may be among them
-constexpr int kRest = 3;         // rounds that a node sits out after looking in vain
-constexpr int kSteps = 100;      // nodes that a search visits at most
+constexpr double kShare = 0.01;    // of all nodes look for a better place in a round
+constexpr int kPool = 2;           // times as many, the largest, may be among them
+constexpr int kRest = 3;           // rounds that a node sits out after looking in vain
+constexpr int kSteps = 30;         // nodes that a search visits at most
+constexpr std::uint32_t kFew = 4;  // primitives: nodes up to here look for others to share a leaf
 
 struct Move {
   float gain = 0;
@@ -52,22 +55,31 @@ class Search {
     best_ = {0, from, 0};
     moved_ = tree_.box(from);
     moved_area_ = moved_.area();
+    // With n primitives in `from`, merging saves at most its cost less n - 1 times its area.
+    const std::uint32_t n = tree_.count(from);
+    merging_ =
+        n > kFew
+            ? 0
+            : std::max(0.0f, tree_.merged_cost(from) - moved_area_ * static_cast<float>(n - 1));
+    const float least_cost = moved_area_ - merging_;
     const Slot home = tree_.parent(from);
     // What taking `from` out saves: all of its parent, and the shrinking of the ancestors so far.
     float saved = tree_.box(home).area();
+    saved -= tree_.saved_by_merging(from, from ^ 1u, saved);
     Box pivot = tree_.box(from ^ 1u);
     Slot above = home, sibling = from ^ 1u;
     int steps = kSteps;
     while (true) {
-      // A place costs at least the area of what moves, and nothing below is better than that.
-      if (saved - moved_area_ > best_.gain) {
-        Box merged = tree_.box(sibling);
-        const float own_area = merged.area();
-        merged.add(moved_);
-        weigh(sibling, saved - merged.area(), own_area, sibling != (from ^ 1u));
+      // A place costs at least the area of what moves, less what merging may save, and nothing
+      // below is better than that.
+      if (saved - least_cost > best_.gain) {
+        Box both = tree_.box(sibling);
+        const float own_area = both.area();
+        both.add(moved_);
+        weigh(sibling, saved, both.area(), own_area, sibling != (from ^ 1u));
         while (size_ > 0) {
           const Entry top = stack_[--size_];
-          if (top.saved - moved_area_ <= best_.gain) continue;
+          if (top.saved - least_cost <= best_.gain) continue;
           if (--steps < 0) {
             size_ = 0;
             return best_;
@@ -99,17 +111,22 @@ class Search {
     second.add(moved_);
     const LinkedTree::Planes areas = LinkedTree::areas_of(own_first.extent(), own_second.extent(),
                                                           first.extent(), second.extent());
-    weigh(top.pair, top.saved - areas[2], areas[0], true);
-    weigh(top.pair + 1, top.saved - areas[3], areas[1], true);
+    weigh(top.pair, top.saved, areas[2], areas[0], true);
+    weigh(top.pair + 1, top.saved, areas[3], areas[1], true);
   }
 
-  void weigh(Slot slot, float gain, float own_area, bool allowed) {
+  /// Beside `slot`, whose half area is `own_area`, in a node of half area `area`.
+  void weigh(Slot slot, float saved, float area, float own_area, bool allowed) {
+    float gain = saved - area;
+    const float rest = gain + own_area;
+    if (merging_ > 0 && gain + merging_ > best_.gain) {
+      gain += tree_.saved_by_merging(best_.from, slot, area);
+    }
     if (gain > best_.gain && allowed) {
       best_.gain = gain;
       best_.to = slot;
     }
-    const float rest = gain + own_area;
-    if (!tree_.is_leaf(slot) && rest - moved_area_ > best_.gain) {
+    if (!tree_.is_leaf(slot) && rest + merging_ - moved_area_ > best_.gain) {
       stack_[size_++] = {rest, tree_.child(slot)};
       __builtin_prefetch(tree_.node(tree_.child(slot)));
     }
@@ -119,6 +136,7 @@ class Search {
   Move best_;
   Box moved_;
   float moved_area_ = 0;
+  float merging_ = 0;                       // may save so much at most
   std::array<Entry, kMaxDepth + 2> stack_;  // one waits on each level
   std::size_t size_ = 0;
 };
@@ -159,6 +177,7 @@ void reinsert(TreeArrays& tree) {
   // A node never fits better inside a subtree smaller than itself than beside it.
   const float least_area = least_of_largest(tree.nodes, kPool * in_round);
   LinkedTree linked(tree, least_area);
+  const double cost_before = linked.cost();
   std::vector<Slot> pool;
   for (Slot i = 2; i < linked.slot_count(); ++i) {
     if (linked.box(i).area() >= least_area) pool.push_back(i);
@@ -203,6 +222,7 @@ void reinsert(TreeArrays& tree) {
     }
     for (const Slot i : to_clear) touched[i] = 0;
   }
+  if (!(linked.cost() < cost_before)) return;
   TreeArrays written = linked.write();
   if (!written.nodes.empty()) tree = std::move(written);
 }

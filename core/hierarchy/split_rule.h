@@ -13,6 +13,10 @@ namespace lightbatch::hierarchy {
 /// over. 2^30 primitives always fit.
 constexpr int kMaxDepth = 128;
 
+/// Leaves of up to so many primitives are what the cost of a tree reckons with where that is less:
+/// casting trees have such leaves.
+constexpr std::uint32_t kMergedLeaf = 8;
+
 /// Half the surface area, in the one order of operations that every builder uses.
 inline float half_area(float dx, float dy, float dz) { return dx * dy + dy * dz + dz * dx; }
 inline float half_area(const Aabb& box) {

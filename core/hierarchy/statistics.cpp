@@ -7,12 +7,12 @@
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
+#include "core/hierarchy/split_rule.h"
 
 namespace lightbatch::hierarchy {
 namespace {
 
 using NodeId = Hierarchy::NodeId;
-constexpr std::uint32_t kMergedLeaf = 8;
 
 double area_of(const Aabb& box) {
   const Vec3d e = to_double(box.upper) - to_double(box.lower);
