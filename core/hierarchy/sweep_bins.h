@@ -2,8 +2,9 @@
 //
 // Records lie in the order of their ids. On each axis the range of the centres is cut into bins,
 // which are to the sorted list what blocks are: splits between bins are costed exactly, those
-// inside are bounded, and only bins that may hold the best are sorted and swept. So the split is
-// that of the full sweep, and the sort of most primitives is put off until it fits the caches.
+// inside are bounded, and only bins that may hold the best are looked into: cut into finer bins,
+// and what is still in doubt sorted and swept. So the split is that of the full sweep, and the sort
+// of most primitives is put off until it fits the caches.
 
 /// A node by its records, and where its subtree goes.
 struct Part {
@@ -52,8 +53,7 @@ class BinSplit {
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
       scan_blocks(kBins, empty_box(), empty_box(), blocks_[axis], context(axis), best);
     }
-    if (!sort_doubtful(best)) return false;
-    sweep_doubtful(best);
+    if (!sweep_doubtful(best)) return false;
     if (!(best.cost < std::numeric_limits<float>::infinity())) return false;
     divide(best, children);
     return true;
@@ -63,6 +63,19 @@ class BinSplit {
   static constexpr std::uint32_t kBins = 1024;
   static constexpr std::size_t kLeastChunk = 8192;
   static constexpr std::uint32_t kMostDoubtful = 4;  // a fraction: one in so many
+  static constexpr std::size_t kFiner = 64;          // bins in a bin
+  static constexpr std::size_t kFewInBin = 256;      // are sorted at once
+  static constexpr std::uint32_t kNowhere = 0xffffffffu;
+
+  /// Of one axis: the bins that may hold the best split.
+  struct Doubtful {
+    std::array<std::uint32_t, kBins> places;  // of each bin among the members, or kNowhere
+    std::vector<std::uint32_t> members, grouped;
+    std::vector<std::uint8_t> codes;
+    Blocks finer, inside;
+    std::vector<std::uint64_t> order;
+    std::vector<Record> sorted;
+  };
 
   SweepContext context(std::uint32_t axis) const { return {part_->count, axis, range_}; }
 
@@ -150,22 +163,26 @@ class BinSplit {
     }
   }
 
-  /// The records of the bins that may hold the best split, sorted. False if they are too many.
-  bool sort_doubtful(const Split& best) {
+  /// Sweeps the bins that may hold the best split. False if they hold too many records.
+  bool sweep_doubtful(Split& best) {
     std::uint32_t sum = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      doubtful_[axis].assign(kBins, 0);
-      std::uint32_t own = 0;
+      Doubtful& own = doubtful_[axis];
+      std::uint32_t count = 0;
       for (std::size_t b = 0; b < kBins; ++b) {
-        if (ruled_out(b, blocks_[axis], part_->count, best)) continue;
-        doubtful_[axis][b] = 1;
-        own += blocks_[axis].starts[b + 1] - blocks_[axis].starts[b];
+        const bool out = ruled_out(b, blocks_[axis], part_->count, best);
+        own.places[b] = out ? kNowhere : count;
+        if (!out) count += blocks_[axis].starts[b + 1] - blocks_[axis].starts[b];
       }
-      sorted_[axis].resize(own);
-      sum += own;
+      own.members.resize(count);
+      sum += count;
     }
     if (sum > part_->count / kMostDoubtful) return false;
-    parallel_for(3, 1, [&](std::size_t axis, std::size_t) { sort_axis(axis); });
+    std::array<Split, 3> splits{best, best, best};
+    parallel_for(3, 1, [&](std::size_t axis, std::size_t) { sweep_axis(axis, splits[axis]); });
+    for (const Split& split : splits) {
+      best.offer(split.cost, split.axis, split.position, split.rank);
+    }
     return true;
   }
 
@@ -196,64 +213,124 @@ class BinSplit {
     }
   }
 
-  void sort_axis(std::size_t axis) {
-    const std::size_t number = sorted_[axis].size();
-    if (number == 0) return;
-    const std::vector<std::uint8_t>& doubtful = doubtful_[axis];
-    const auto first = static_cast<std::uint32_t>(std::find(doubtful.begin(), doubtful.end(), 1) -
-                                                  doubtful.begin());
-    const auto last = static_cast<std::uint32_t>(
-        doubtful.rend() - std::find(doubtful.rbegin(), doubtful.rend(), 1) - 1);
-    std::vector<std::uint64_t>& order = orders_[axis];
-    order.clear();
-    each_in_bins(axis, first, last, [&](std::size_t i, std::size_t bin) {
-      if (doubtful[bin] == 0) return;
-      order.push_back(std::uint64_t{ordered_bits(records_[i].key(axis))} << 32 | i);
-    });
-    std::sort(order.begin(), order.end());
-    for (std::size_t k = 0; k < number; ++k) {
-      sorted_[axis][k] = records_[static_cast<std::uint32_t>(order[k])];
-    }
-  }
-
-  void sweep_doubtful(Split& best) {
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+  void sweep_axis(std::size_t axis, Split& best) {
+    Doubtful& own = doubtful_[axis];
+    const auto is_in = [](std::uint32_t place) { return place != kNowhere; };
+    const auto& places = own.places;
+    const auto first = std::find_if(places.begin(), places.end(), is_in) - places.begin();
+    const auto last = places.rend() - std::find_if(places.rbegin(), places.rend(), is_in) - 1;
+    if (last < 0) return;
+    std::array<std::uint32_t, kBins> next = places;
+    each_in_bins(axis, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last),
+                 [&](std::size_t i, std::size_t bin) {
+                   if (is_in(next[bin])) own.members[next[bin]++] = static_cast<std::uint32_t>(i);
+                 });
+    for (std::size_t b = 0; b < kBins; ++b) {
       const Blocks& blocks = blocks_[axis];
-      const Record* list = sorted_[axis].data();
-      for (std::size_t b = 0; b < kBins; ++b) {
-        if (doubtful_[axis][b] == 0) continue;
-        const std::uint32_t first = blocks.starts[b], count = blocks.starts[b + 1] - first;
-        if (!ruled_out(b, blocks, part_->count, best)) {
-          const V8f before = load_box(&blocks.prefix[b]), after = load_box(&blocks.suffix[b + 1]);
-          const std::size_t number = box_blocks(list, count, first, inside_);
-          scan_blocks(number, before, after, inside_, context(axis), best);
-          sweep_blocks(list, number, inside_, context(axis), best);
-        }
-        list += count;
+      if (!is_in(places[b]) || ruled_out(b, blocks, part_->count, best)) continue;
+      const std::span members =
+          std::span(own.members).subspan(places[b], blocks.starts[b + 1] - blocks.starts[b]);
+      const V8f before = load_box(&blocks.prefix[b]), after = load_box(&blocks.suffix[b + 1]);
+      if (members.size() <= kFewInBin) {
+        sweep_members(axis, members, {blocks.starts[b], before, after}, best);
+      } else {
+        sweep_finer(axis, b, members, best);
       }
     }
   }
 
+  /// Cuts a bin into finer ones, and does with them as with bins.
+  void sweep_finer(std::size_t axis, std::size_t b, std::span<const std::uint32_t> members,
+                   Split& best) {
+    Doubtful& own = doubtful_[axis];
+    Blocks& finer = own.finer;
+    finer.resize(kFiner);
+    for (std::size_t f = 0; f < kFiner; ++f) store_box(&finer.boxes[f], empty_box());
+    std::array<std::uint32_t, kFiner + 1> next{};
+    own.codes.resize(members.size());
+    own.grouped.resize(members.size());
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      const Record& record = records_[members[k]];
+      // Powers of two change no digit: these codes divide those of the bins.
+      const float place = static_cast<float>(static_cast<std::int32_t>(members[k]));
+      const float at = (record.key(axis) - low_[axis]) * scale_[axis] + place * place_scale_[axis];
+      const std::int32_t code = static_cast<std::int32_t>(at * static_cast<float>(kFiner)) -
+                                static_cast<std::int32_t>(b * kFiner);
+      const auto f =
+          static_cast<std::size_t>(std::clamp(code, 0, static_cast<std::int32_t>(kFiner) - 1));
+      store_box(&finer.boxes[f], unite(load_box(&finer.boxes[f]), load_box(&record)));
+      own.codes[k] = static_cast<std::uint8_t>(f);
+      ++next[f + 1];
+    }
+    const Blocks& blocks = blocks_[axis];
+    for (std::size_t f = 0; f < kFiner; ++f) {
+      next[f + 1] += next[f];
+      finer.starts[f] = blocks.starts[b] + next[f];
+    }
+    finer.starts[kFiner] = blocks.starts[b + 1];
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      own.grouped[next[own.codes[k]]++] = members[k];
+    }
+    scan_blocks(kFiner, load_box(&blocks.prefix[b]), load_box(&blocks.suffix[b + 1]), finer,
+                context(static_cast<std::uint32_t>(axis)), best);
+    for (std::size_t f = 0; f < kFiner; ++f) {
+      if (ruled_out(f, finer, part_->count, best)) continue;
+      sweep_members(
+          axis,
+          std::span(own.grouped)
+              .subspan(finer.starts[f] - blocks.starts[b], finer.starts[f + 1] - finer.starts[f]),
+          {finer.starts[f], load_box(&finer.prefix[f]), load_box(&finer.suffix[f + 1])}, best);
+    }
+  }
+
+  /// What lies outside some members of the list, which begin at position `first` of it.
+  struct Around {
+    std::uint32_t first;
+    V8f before, after;
+  };
+
+  void sweep_members(std::size_t axis, std::span<const std::uint32_t> members, const Around& around,
+                     Split& best) {
+    Doubtful& own = doubtful_[axis];
+    sort_members(axis, members, own.order);
+    own.sorted.resize(members.size());
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      own.sorted[k] = records_[static_cast<std::uint32_t>(own.order[k])];
+    }
+    const SweepContext limits = context(static_cast<std::uint32_t>(axis));
+    const std::size_t number = box_blocks(
+        own.sorted.data(), static_cast<std::uint32_t>(members.size()), around.first, own.inside);
+    scan_blocks(number, around.before, around.after, own.inside, limits, best);
+    sweep_blocks(own.sorted.data(), number, own.inside, limits, best);
+  }
+
+  /// By key and place.
+  void sort_members(std::size_t axis, std::span<const std::uint32_t> members,
+                    std::vector<std::uint64_t>& order) const {
+    order.resize(members.size());
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      order[k] = std::uint64_t{ordered_bits(records_[members[k]].key(axis))} << 32 | members[k];
+    }
+    std::sort(order.begin(), order.end());
+  }
+
   /// The first record on the right, and whether others of its centre may be on the left.
-  const Record& first_on_right(const Split& best, std::size_t b, bool& ties) const {
+  const Record& first_on_right(const Split& best, std::size_t b, bool& ties) {
     const std::size_t axis = best.axis;
     const Blocks& blocks = blocks_[axis];
     ties = flat_[axis];
     if (ties) return records_[best.position];
-    if (best.position == blocks.starts[b]) {
-      const Record* first = nullptr;
-      const auto bin = static_cast<std::uint32_t>(b);
-      each_in_bins(axis, bin, bin, [&](std::size_t i, std::size_t) {
-        if (first == nullptr || records_[i].key(axis) < first->key(axis)) first = records_ + i;
-      });
-      return *first;
-    }
-    const Record* by = sorted_[axis].data() + (best.position - blocks.starts[b]);
-    for (std::size_t other = 0; other < b; ++other) {
-      if (doubtful_[axis][other] != 0) by += blocks.starts[other + 1] - blocks.starts[other];
-    }
-    ties = by[-1].key(axis) == by->key(axis);
-    return *by;
+    std::vector<std::uint32_t>& members = doubtful_[axis].members;
+    std::vector<std::uint64_t>& order = doubtful_[axis].order;
+    members.clear();
+    const auto bin = static_cast<std::uint32_t>(b);
+    each_in_bins(axis, bin, bin, [&](std::size_t i, std::size_t) {
+      members.push_back(static_cast<std::uint32_t>(i));
+    });
+    sort_members(axis, members, order);
+    const std::size_t k = best.position - blocks.starts[b];
+    ties = k > 0 && order[k - 1] >> 32 == order[k] >> 32;
+    return records_[static_cast<std::uint32_t>(order[k])];
   }
 
   void divide(const Split& best, std::array<Part, 2>& children) {
@@ -308,8 +385,5 @@ class BinSplit {
   LargeVector<Record> boxes_;  // by half chunk, axis, bin
   LargeVector<std::uint32_t> counts_;
   NodeBlocks blocks_;
-  Blocks inside_;
-  std::array<std::vector<std::uint8_t>, 3> doubtful_;  // 1 for bins whose records are sorted
-  std::array<std::vector<std::uint64_t>, 3> orders_;
-  std::array<std::vector<Record>, 3> sorted_;
+  std::array<Doubtful, 3> doubtful_;
 };

@@ -61,6 +61,12 @@ TEST(Sweep, EqualsTheReferenceOnLargeSets) {
     std::vector<Aabb> sheet = testing::random_boxes(50000, 0.02f, 5);
     for (Aabb& box : sheet) box.lower.y = box.upper.y = 0.5f;
     expect_reference(sheet, "flat sheet");
+    // Thousands to a bin.
+    std::vector<Aabb> crowd = testing::random_boxes(60000, 0.3f, 6);
+    for (std::size_t i = 2; i < crowd.size(); ++i) {
+      crowd[i] = {crowd[i].lower * 0.02f, crowd[i].upper * 0.02f};
+    }
+    expect_reference(crowd, "crowd and outliers");
   }
   set_thread_count(before);
 }
