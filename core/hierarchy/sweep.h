@@ -12,6 +12,9 @@ using SweepFunction = void (*)(std::span<const Aabb> boxes, TreeArrays& tree);
 void sweep_baseline(std::span<const Aabb> boxes, TreeArrays& tree);
 /// Only on a processor that has AVX2.
 void sweep_avx2(std::span<const Aabb> boxes, TreeArrays& tree);
+/// Only where sweep_avx512_runs().
+void sweep_avx512(std::span<const Aabb> boxes, TreeArrays& tree);
+bool sweep_avx512_runs();
 
 /// Sweep with the best instruction set (or the given function). n >= 1.
 TreeArrays sweep(std::span<const Aabb> boxes, SweepFunction function = nullptr);

@@ -293,15 +293,16 @@ class BinSplit {
                      Split& best) {
     Doubtful& own = doubtful_[axis];
     sort_members(axis, members, own.order);
-    own.sorted.resize(members.size());
+    own.sorted.resize(2 * kMargin + members.size());
+    Record* const list = own.sorted.data() + kMargin;
     for (std::size_t k = 0; k < members.size(); ++k) {
-      own.sorted[k] = records_[static_cast<std::uint32_t>(own.order[k])];
+      list[k] = records_[static_cast<std::uint32_t>(own.order[k])];
     }
     const SweepContext limits = context(static_cast<std::uint32_t>(axis));
-    const std::size_t number = box_blocks(
-        own.sorted.data(), static_cast<std::uint32_t>(members.size()), around.first, own.inside);
+    const std::size_t number =
+        box_blocks(list, static_cast<std::uint32_t>(members.size()), around.first, own.inside);
     scan_blocks(number, around.before, around.after, own.inside, limits, best);
-    sweep_blocks(own.sorted.data(), number, own.inside, limits, best);
+    sweep_blocks(list, number, own.inside, limits, best);
   }
 
   /// By key and place.

@@ -14,13 +14,7 @@ std::size_t box_blocks(const Record* r, std::uint32_t count, std::uint32_t first
   for (std::size_t b = 0; b < number; ++b) {
     const std::size_t begin = b * size, end = std::min<std::size_t>(count, begin + size);
     blocks.starts[b] = first + static_cast<std::uint32_t>(begin);
-    V8f even = load_box(r + begin), odd = load_box(r + end - 1);
-    std::size_t k = begin + 1;
-    for (; k + 1 < end; k += 2) {
-      even = unite(load_box(r + k), even);
-      odd = unite(load_box(r + k + 1), odd);
-    }
-    store_box(&blocks.boxes[b], unite(even, odd));
+    store_box(&blocks.boxes[b], box_of(r + begin, end - begin));
   }
   blocks.starts[number] = first + count;
   return number;

@@ -4,6 +4,7 @@ constexpr std::uint32_t kWholeSweep = 64;  // nodes up to here are swept without
 constexpr std::uint32_t kSmallBlock = 16;  // block size of nodes up to kManySmall
 constexpr std::uint32_t kManySmall = 1024;
 constexpr std::uint32_t kLargeBlock = 64;
+constexpr std::size_t kMargin = 16;  // records before and after a list that may be read
 
 /// What the blocks of one list know. Index b: block b, positions starts[b] to starts[b + 1];
 /// prefixes end before it, suffixes begin with it.
@@ -30,10 +31,36 @@ struct SweepContext {
   PositionRange range;
 };
 
+/// The split of a node of at most 64 whose positions cost `cost` at least; where[axis] has bit k
+/// where position k + 1 does. Ties as Split::offer has them.
+LB_INLINE Split nearest_to_middle(const std::array<std::uint64_t, 3>& where, float cost,
+                                  std::uint32_t n) {
+  const std::uint64_t any = where[0] | where[1] | where[2];
+  const std::uint64_t low = any & ((std::uint64_t{1} << (n / 2)) - 1);
+  const auto bit =
+      static_cast<std::uint32_t>(low != 0 ? 63 - std::countl_zero(low) : std::countr_zero(any));
+  const std::uint32_t axis = (where[0] >> bit & 1u) != 0 ? 0 : (where[1] >> bit & 1u) != 0 ? 1 : 2;
+  return {cost, axis, bit + 1, tie_rank(bit + 1, n)};
+}
+
+/// Of r[0, count), count >= 1.
+LB_INLINE V8f box_of(const Record* r, std::size_t count) {
+  V8f even = load_box(r), odd = load_box(r + count - 1);
+  std::size_t k = 1;
+  for (; k + 1 < count; k += 2) {
+    even = unite(load_box(r + k), even);
+    odd = unite(load_box(r + k + 1), odd);
+  }
+  return unite(even, odd);
+}
+
+#ifdef LB_SWEEP_AVX512
+#include "core/hierarchy/sweep_costs512.h"
+#else
 /// Offers every position strictly inside r[0, count), which begins at position `first` of its node;
-/// `before` and `after` are the boxes of what lies outside. Returns the box of all.
-LB_INLINE V8f sweep_inside(const Record* r, std::uint32_t count, std::uint32_t first, V8f before,
-                           V8f after, const SweepContext& context, Split& best) {
+/// `before` and `after` are the boxes of what lies outside.
+LB_INLINE void sweep_inside(const Record* r, std::uint32_t count, std::uint32_t first, V8f before,
+                            V8f after, const SweepContext& context, Split& best) {
   V4f right[kLargeBlock + 4];
   V8f box = after;
   for (std::uint32_t j = count - 1; j > 0; --j) {
@@ -41,7 +68,6 @@ LB_INLINE V8f sweep_inside(const Record* r, std::uint32_t count, std::uint32_t f
     right[j] = negated_extent(box);
   }
   for (std::uint32_t j = count; j < count + 3; ++j) right[j] = V4f{};
-  const V8f all = unite(load_box(r), box);
   box = before;
   const V4i steps{0, 1, 2, 3};
   for (std::uint32_t j = 1; j < count; j += 4) {
@@ -64,7 +90,6 @@ LB_INLINE V8f sweep_inside(const Record* r, std::uint32_t count, std::uint32_t f
       best.offer(cost[i], context.axis, k + i, tie_rank(k + i, context.n));
     }
   }
-  return all;
 }
 
 /// The costs of all positions of three small lists, side by side: cost[j / 4][axis][i] is that of
@@ -107,3 +132,20 @@ LB_INLINE V8f whole_costs(const std::array<const Record*, 3>& r, std::uint32_t n
   }
   return all;
 }
+
+/// The cheapest split of a node of at most kWholeSweep; every position is allowed.
+LB_INLINE Split cheapest(const std::array<const Record*, 3>& r, std::uint32_t n, V8f& box) {
+  V4f cost[kWholeSweep / 4 + 1][3];
+  V4f least = infinite4();
+  box = whole_costs(r, n, cost, least);
+  const float best = least_of(least);
+  if (!(best < std::numeric_limits<float>::infinity())) return Split::middle(n);
+  std::array<std::uint64_t, 3> where{};
+  for (std::uint32_t j = 1; j < n; j += 4) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      where[axis] |= std::uint64_t{mask4(cost[j / 4][axis] == best)} << (j - 1);
+    }
+  }
+  return nearest_to_middle(where, best, n);
+}
+#endif

@@ -90,10 +90,11 @@ class Sweep {
     // would wait for each other.
     constexpr std::size_t kPage = 4096 / sizeof(Record), kStagger = 26;
     const std::size_t each = (part.count + kPage - 1) / kPage * kPage + kStagger;
-    if (memory.size() < 6 * each)
-      memory = LargeVector<Record>(6 * std::max<std::size_t>(each, kSorted + kStagger));
+    if (memory.size() < 2 * kMargin + 6 * each)
+      memory =
+          LargeVector<Record>(2 * kMargin + 6 * std::max<std::size_t>(each, kSorted + kStagger));
     SweepLists lists;
-    for (std::size_t i = 0; i < 6; ++i) lists[i / 3][i % 3] = memory.data() + i * each;
+    for (std::size_t i = 0; i < 6; ++i) lists[i / 3][i % 3] = memory.data() + kMargin + i * each;
     presort({memory_.records(part), part.count}, lists[0], lists[1]);
     SortedSweep(lists, part.begin, blocks, tree_).run({0, part.count, part.place, part.depth, {}});
   }

@@ -26,33 +26,36 @@ void distribute(const Record* r, std::size_t count, const Record& edge, std::uin
   }
 }
 
-/// Two lists at once, so that the processor has more to do at a time.
+/// Two lists at once, so that the processor has more to do at a time; the left parts stay in place.
+/// Every record is stored on both sides, and only those that belong there move the end on: what is
+/// stored in vain lies where the next one goes, or just past the end of the right part, which is
+/// put back.
 template <bool kTies>
 void distribute_two(std::array<Record*, 2> lists, std::array<Record*, 2> right_lists,
-                    std::size_t count, const Record& edge, std::uint32_t axis) {
+                    std::size_t count, std::size_t right_count, const Record& edge,
+                    std::uint32_t axis) {
   const float limit = edge.key(axis);
-  const Record* a = lists[0];
-  const Record* b = lists[1];
-  auto to_a = reinterpret_cast<std::uintptr_t>(lists[0]);
-  auto to_b = reinterpret_cast<std::uintptr_t>(lists[1]);
-  auto other_a = reinterpret_cast<std::uintptr_t>(right_lists[0]);
-  auto other_b = reinterpret_cast<std::uintptr_t>(right_lists[1]);
+  Record *const a = lists[0], *const b = lists[1];
+  Record *const right_a = right_lists[0], *const right_b = right_lists[1];
+  const V8f past_a = load_box(right_a + right_count), past_b = load_box(right_b + right_count);
+  std::size_t left_a = 0, left_b = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const float key_a = a[k].key(axis), key_b = b[k].key(axis);
-    bool left_a = key_a < limit, left_b = key_b < limit;
+    bool is_left_a = key_a < limit, is_left_b = key_b < limit;
     if constexpr (kTies) {
-      left_a |= (key_a == limit) & (a[k].tagged_id < edge.tagged_id);
-      left_b |= (key_b == limit) & (b[k].tagged_id < edge.tagged_id);
+      is_left_a |= (key_a == limit) & (a[k].tagged_id < edge.tagged_id);
+      is_left_b |= (key_b == limit) & (b[k].tagged_id < edge.tagged_id);
     }
-    const std::uintptr_t mask_a = std::uintptr_t{0} - static_cast<std::uintptr_t>(left_a);
-    const std::uintptr_t mask_b = std::uintptr_t{0} - static_cast<std::uintptr_t>(left_b);
-    store_box(reinterpret_cast<Record*>(other_a ^ ((to_a ^ other_a) & mask_a)), load_box(a + k));
-    store_box(reinterpret_cast<Record*>(other_b ^ ((to_b ^ other_b) & mask_b)), load_box(b + k));
-    to_a += sizeof(Record) & mask_a;
-    to_b += sizeof(Record) & mask_b;
-    other_a += sizeof(Record) & ~mask_a;
-    other_b += sizeof(Record) & ~mask_b;
+    const V8f box_a = load_box(a + k), box_b = load_box(b + k);
+    store_box(a + left_a, box_a);
+    store_box(right_a + (k - left_a), box_a);
+    store_box(b + left_b, box_b);
+    store_box(right_b + (k - left_b), box_b);
+    left_a += is_left_a ? 1 : 0;
+    left_b += is_left_b ? 1 : 0;
   }
+  store_box(right_a + right_count, past_a);
+  store_box(right_b + right_count, past_b);
 }
 
 template <bool kTies>

@@ -113,27 +113,21 @@ class SmallTree {
       }
     }
     const float best = least_of(least);
-    std::uint32_t axis = 0, position = n / 2;
+    Split split = Split::middle(n);
     if (best < std::numeric_limits<float>::infinity()) {
-      // Bit k: position k + 1. Ties as Split::offer has them.
-      unsigned where[3];
+      std::array<std::uint64_t, 3> where{};
       for (std::size_t i = 0; i < 3; ++i) {
-        where[i] = 0;
         for (std::uint32_t g = 0; g < kGroups; ++g) where[i] |= mask4(cost[i][g] == best) << 4 * g;
         where[i] &= (1u << (n - 1)) - 1;
       }
-      const unsigned any = where[0] | where[1] | where[2];
-      const unsigned low = any & ((1u << (n / 2)) - 1);
-      const auto bit =
-          static_cast<std::uint32_t>(low != 0 ? 31 - std::countl_zero(low) : std::countr_zero(any));
-      position = bit + 1;
-      axis = (where[0] >> bit & 1u) != 0 ? 0 : (where[1] >> bit & 1u) != 0 ? 1 : 2;
+      split = nearest_to_middle(where, best, n);
     }
+    const std::uint32_t position = split.position;
     write_node(all, node.begin, n, node.place);
     left.begin = node.begin;
     left.place = node.place + 1;
     left.count = position;
-    divide(node, left, axis, position);
+    divide(node, left, split.axis, position);
     node.begin += position;
     node.place += 2 * position;
     node.count = n - position;

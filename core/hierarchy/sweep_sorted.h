@@ -92,28 +92,13 @@ class SortedSweep {
     Split best = Split::middle(n);
     if (range.first > 1) {  // so deep that not every position is allowed
       for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        box =
-            sweep_inside(list(task, axis), n, 0, empty_box(), empty_box(), {n, axis, range}, best);
+        sweep_inside(list(task, axis), n, 0, empty_box(), empty_box(), {n, axis, range}, best);
       }
+      box = box_of(list(task, 0), n);
       return best;
     }
     // All costs first, then the least, then who has it: no branch depends on single costs.
-    V4f cost[kWholeSweep / 4 + 1][3];
-    V4f least = infinite4();
-    box = whole_costs({list(task, 0), list(task, 1), list(task, 2)}, n, cost, least);
-    best.cost = least_of(least);
-    if (!(best.cost < std::numeric_limits<float>::infinity())) return Split::middle(n);
-    best.rank = n;
-    for (std::uint32_t j = 1; j < n; j += 4) {
-      for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        unsigned mask = mask4(cost[j / 4][axis] == best.cost);
-        for (; mask != 0; mask &= mask - 1) {
-          const std::uint32_t k = j + static_cast<std::uint32_t>(std::countr_zero(mask));
-          best.offer(best.cost, axis, k, tie_rank(k, n));
-        }
-      }
-    }
-    return best;
+    return cheapest({list(task, 0), list(task, 1), list(task, 2)}, n, box);
   }
 
   Split sweep_large(const Task& task, V8f& box) {
@@ -144,9 +129,9 @@ class SortedSweep {
       right[i] = list(children[1], axis);
     }
     if (by[-1].key(split.axis) == edge.key(split.axis)) {
-      distribute_two<true>(lists, right, task.count, edge, split.axis);
+      distribute_two<true>(lists, right, task.count, children[1].count, edge, split.axis);
     } else {
-      distribute_two<false>(lists, right, task.count, edge, split.axis);
+      distribute_two<false>(lists, right, task.count, children[1].count, edge, split.axis);
     }
   }
 

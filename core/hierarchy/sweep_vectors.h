@@ -5,6 +5,7 @@ using V4f = float __attribute__((vector_size(16)));
 using V4i = std::int32_t __attribute__((vector_size(16)));
 
 #define LB_INLINE inline __attribute__((always_inline))
+#define LB_LAMBDA_INLINE __attribute__((always_inline))
 
 LB_INLINE V8f load_box(const void* p) {
   V8f v;

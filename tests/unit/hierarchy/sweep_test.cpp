@@ -27,6 +27,7 @@ std::vector<SweepFunction> functions() {
   std::vector<SweepFunction> list{sweep_baseline};
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi")) list.push_back(sweep_avx2);
+  if (sweep_avx512_runs()) list.push_back(sweep_avx512);
 #endif
   return list;
 }
