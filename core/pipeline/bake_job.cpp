@@ -289,6 +289,7 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
                                                             artifacts, clock, progress));
     }
   }
+  if (!options.lightmaps) p.tree = hierarchy::Hierarchy();  // done with, and large
   clock.start("write");
   progress.report("write", 0);
   LB_RETURN_IF_ERROR(write_scenes(options, p, made, artifacts));

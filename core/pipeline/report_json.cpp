@@ -30,6 +30,20 @@ const char* kind_name(JobKind kind) {
   return "unknown";
 }
 
+const char* compression_name(Compression c) {
+  switch (c) {
+    case Compression::kAsInput:
+      return "as input";
+    case Compression::kNone:
+      return "none";
+    case Compression::kMeshopt:
+      return "meshopt";
+    case Compression::kDraco:
+      return "draco";
+  }
+  return "unknown";
+}
+
 Json option_section(const JobOptions& o) {
   Json json = {{"seed", o.seed}, {"lightmap_size", o.lightmap_size}, {"profile", o.profile}};
   if (o.target_error > 0) json["target_error"] = o.target_error;
@@ -41,6 +55,7 @@ Json option_section(const JobOptions& o) {
                     : o.carrier == Carrier::kPortable ? "portable"
                                                       : "both";
   json["lights"] = o.lights == LightsPolicy::kKeep ? "keep" : "remove";
+  json["compression"] = compression_name(o.compression);
   json["batches"] = o.batches;
   json["lightmaps"] = o.lightmaps;
   if (!o.cameras_file.empty()) json["cameras_file"] = o.cameras_file;

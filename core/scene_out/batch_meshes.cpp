@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/scene_out/colours.h"
-#include "core/scene_out/corners.h"
+#include "core/scene_out/gather.h"
 #include "core/scene_out/instance_cells.h"
 #include "core/scene_out/mesh_builder.h"
 #include "core/scene_out/names.h"
@@ -14,44 +14,6 @@ namespace lightbatch::scene_out {
 namespace {
 
 Json vec_json(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
-
-/// Corners of all triangles of a group, object by object.
-struct GroupCorners {
-  std::vector<CornerStream> streams;
-  std::vector<IndexRange> ranges;
-};
-
-Result<GroupCorners> gather(Writer& w, const batches::Group& group, const CornerPlan& plan,
-                            const Vec3d& frame) {
-  GroupCorners result;
-  for (const AttributeType& type : plan.types) {
-    result.streams.push_back({type, {}});
-    result.streams.back().bytes.reserve(group.triangles * 3 * type.bytes());
-  }
-  const bool lit = group.page != kNone;
-  if (lit) {
-    result.streams.push_back({{"TEXCOORD_1", 5126, false, "VEC2", 2}, {}});
-    result.streams.back().bytes.reserve(group.triangles * 3 * sizeof(Vec2f));
-  }
-  std::uint32_t corner = 0;
-  for (const batches::Piece& piece : group.pieces) {
-    const scene::Object& object = w.scene.objects[piece.object];
-    LB_ASSIGN_OR_RETURN(const SourcePrimitive* source,
-                        w.sources.get(object.mesh, object.primitive));
-    const CornerCopier copier(plan, *source, object, frame);
-    const std::uint32_t first = corner;
-    for (const batches::Range& range : piece.ranges) {
-      for (std::uint32_t t = range.first; t < range.first + range.count; ++t) {
-        for (const std::uint32_t v : w.source_vertices(*source, t)) copier.copy(v, result.streams);
-        if (lit)
-          for (const Vec2f& uv : w.uv1_of(t)) push_floats(result.streams.back().bytes, &uv.x, 2);
-        corner += 3;
-      }
-    }
-    result.ranges.push_back({piece.object, first, corner - first});
-  }
-  return result;
-}
 
 /// What goes with the meshes of a group.
 struct GroupLook {
@@ -112,9 +74,10 @@ Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& grou
     });
   }
   const CornerPlan plan = plan_corners(source->types, lit, moved);
-  LB_ASSIGN_OR_RETURN(GroupCorners corners, gather(w, group, plan, frame));
-  if (group.coloured) corners.streams.push_back(colour_stream(w, corners.ranges));
-  return build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices);
+  LB_ASSIGN_OR_RETURN(Gathered corners, gather(w, group.pieces, plan, &frame, lit));
+  if (group.coloured) corners.streams.push_back(colour_stream(w, corners.rows_of_piece));
+  return build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices,
+                      std::move(corners.row_of));
 }
 
 /// Where a run of indices of a batch came from, for extras.

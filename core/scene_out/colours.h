@@ -15,7 +15,7 @@ namespace lightbatch::scene_out {
 /// extensions that may read the base colour in another way stand for themselves.
 std::vector<std::uint32_t> material_classes(const Json& root, const scene::Scene& scene);
 
-/// COLOR_0 of corners: the base colour factor of each range's object. Bytes where these hold all
+/// COLOR_0 of rows: the base colour factor of each range's object. Bytes where these hold all
 /// factors, floats otherwise.
 CornerStream colour_stream(const Writer& writer, std::span<const IndexRange> ranges);
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/scene_out/colours.h"
-#include "core/scene_out/corners.h"
+#include "core/scene_out/gather.h"
 #include "core/scene_out/range_json.h"
 
 namespace lightbatch::scene_out {
@@ -57,27 +57,13 @@ Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePa
   const scene::Object& first = w_.scene.objects[part.pieces.front().object];
   LB_ASSIGN_OR_RETURN(const SourcePrimitive* front, w_.sources.get(first.mesh, first.primitive));
   const CornerPlan plan = plan_corners(front->types, false, kNone);
-  std::vector<CornerStream> streams;
-  for (const AttributeType& type : plan.types) streams.push_back({type, {}});
-  std::vector<IndexRange> ranges;
-  std::uint32_t corner = 0;
-  for (const batches::Piece& piece : part.pieces) {
-    const scene::Object& object = w_.scene.objects[piece.object];
-    LB_ASSIGN_OR_RETURN(const SourcePrimitive* read, w_.sources.get(object.mesh, object.primitive));
-    const CornerCopier copier(plan, *read);
-    const std::uint32_t start = corner;
-    for (const batches::Range& range : piece.ranges)
-      for (std::uint32_t t = range.first; t < range.first + range.count; ++t) {
-        for (const std::uint32_t v : w_.source_vertices(*read, t)) copier.copy(v, streams);
-        corner += 3;
-      }
-    ranges.push_back({piece.object, start, corner - start});
-  }
-  if (part.coloured) streams.push_back(colour_stream(w_, ranges));
+  LB_ASSIGN_OR_RETURN(Gathered corners, gather(w_, part.pieces, plan, nullptr, false));
+  if (part.coloured) corners.streams.push_back(colour_stream(w_, corners.rows_of_piece));
   std::uint32_t material = w_.gltf_material(part.material);
   if (part.coloured) material = w_.materials.coloured(material);
   Json primitives = Json::array(), about = Json::array();
-  for (const MeshData& mesh : build_meshes(std::move(streams), std::move(ranges), kNone)) {
+  for (const MeshData& mesh : build_meshes(std::move(corners.streams), std::move(corners.ranges),
+                                           kNone, std::move(corners.row_of))) {
     Json primitive = add_primitive(w_.binary, mesh.types, mesh.data, mesh.indices);
     if (material != kNone) primitive["material"] = material;
     const Json& model = source.at("primitives").at(first.primitive);

@@ -113,14 +113,14 @@ std::vector<MeshData> split(const MeshData& mesh, std::uint32_t max_vertices) {
 
 std::uint32_t refine_ids(std::vector<std::uint32_t>& ids, std::span<const std::byte> bytes,
                          std::size_t size) {
-  // Open addressing over the first corner of each new id.
+  // Open addressing over the first row of each new id.
   const std::size_t capacity = std::bit_ceil(ids.size() * 2 + 1);
   std::vector<std::uint32_t> table(capacity, kUnset);
   std::vector<std::uint32_t> refined(ids.size());
   std::uint32_t next = 0;
-  for (std::uint32_t corner = 0; corner < ids.size(); ++corner) {
-    const std::byte* value = bytes.data() + corner * size;
-    std::uint64_t hash = 0xcbf29ce484222325ULL ^ ids[corner];
+  for (std::uint32_t row = 0; row < ids.size(); ++row) {
+    const std::byte* value = bytes.data() + row * size;
+    std::uint64_t hash = 0xcbf29ce484222325ULL ^ ids[row];
     for (std::size_t b = 0; b < size; b += 8) {
       std::uint64_t word = 0;
       std::memcpy(&word, value + b, std::min<std::size_t>(8, size - b));
@@ -129,15 +129,15 @@ std::uint32_t refine_ids(std::vector<std::uint32_t>& ids, std::span<const std::b
     std::size_t at = hash & (capacity - 1);
     while (table[at] != kUnset) {
       const std::uint32_t other = table[at];
-      if (ids[other] == ids[corner] && std::memcmp(bytes.data() + other * size, value, size) == 0)
+      if (ids[other] == ids[row] && std::memcmp(bytes.data() + other * size, value, size) == 0)
         break;
       at = (at + 1) & (capacity - 1);
     }
     if (table[at] == kUnset) {
-      table[at] = corner;
-      refined[corner] = next++;
+      table[at] = row;
+      refined[row] = next++;
     } else {
-      refined[corner] = refined[table[at]];
+      refined[row] = refined[table[at]];
     }
   }
   ids = std::move(refined);
@@ -145,27 +145,34 @@ std::uint32_t refine_ids(std::vector<std::uint32_t>& ids, std::span<const std::b
 }
 
 std::vector<MeshData> build_meshes(std::vector<CornerStream> streams,
-                                   std::vector<IndexRange> ranges, std::uint32_t max_vertices) {
+                                   std::vector<IndexRange> ranges, std::uint32_t max_vertices,
+                                   std::vector<std::uint32_t> row_of) {
   LB_CHECK(!streams.empty(), "a mesh has positions");
   MeshData mesh;
-  const std::size_t corners = streams.front().bytes.size() / streams.front().type.bytes();
-  mesh.indices.assign(corners, 0);
+  const std::size_t rows = streams.front().bytes.size() / streams.front().type.bytes();
+  std::vector<std::uint32_t> vertex_of(rows, 0);
   mesh.ranges = std::move(ranges);
   std::size_t position_stream = 0;
   for (std::size_t s = 0; s < streams.size(); ++s) {
     const std::size_t size = streams[s].type.bytes();
-    LB_CHECK(streams[s].bytes.size() == corners * size, "streams of equal length");
-    mesh.vertex_count = refine_ids(mesh.indices, streams[s].bytes, size);
+    LB_CHECK(streams[s].bytes.size() == rows * size, "streams of equal length");
+    mesh.vertex_count = refine_ids(vertex_of, streams[s].bytes, size);
     if (streams[s].type.name == "POSITION") position_stream = s;
   }
   for (CornerStream& s : streams) {
     const std::size_t size = s.type.bytes();
     Bytes unique(mesh.vertex_count * size);
-    for (std::size_t c = 0; c < corners; ++c)
-      std::memcpy(unique.data() + mesh.indices[c] * size, s.bytes.data() + c * size, size);
+    for (std::size_t r = 0; r < rows; ++r)
+      std::memcpy(unique.data() + vertex_of[r] * size, s.bytes.data() + r * size, size);
     mesh.types.push_back(std::move(s.type));
     mesh.data.push_back(std::move(unique));
     s.bytes = {};
+  }
+  if (row_of.empty()) {
+    mesh.indices = std::move(vertex_of);
+  } else {
+    mesh.indices = std::move(row_of);
+    for (std::uint32_t& i : mesh.indices) i = vertex_of[i];
   }
   order_triangles(mesh, position_stream);
   order_vertices(mesh);

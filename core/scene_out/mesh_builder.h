@@ -25,20 +25,22 @@ struct MeshData {
   std::uint32_t vertex_count = 0;
 };
 
-/// One stream of values, one for each corner of each triangle.
+/// One stream of values, one for each row; corners of triangles refer to rows.
 struct CornerStream {
   AttributeType type;
   Bytes bytes;
 };
 
-/// Corners with equal bytes in all streams become one vertex. Triangles are ordered within their
+/// row_of: of each corner; empty: each corner has its own, in order. Rows with equal bytes in all
+/// streams become one vertex. Triangles are ordered within their
 /// range for the vertex cache and against overdraw (`positions`: stream of float VEC3 to judge
 /// it by, or null), vertices for fetching (meshoptimizer). Split into several meshes where one
 /// would have more than max_vertices.
 std::vector<MeshData> build_meshes(std::vector<CornerStream> streams,
-                                   std::vector<IndexRange> ranges, std::uint32_t max_vertices);
+                                   std::vector<IndexRange> ranges, std::uint32_t max_vertices,
+                                   std::vector<std::uint32_t> row_of = {});
 
-/// Equal corners get equal ids: ids are refined by one more stream of `size` bytes a corner.
+/// Equal rows get equal ids: ids are refined by one more stream of `size` bytes a row.
 /// Returns how many there are. Start with all ids 0.
 std::uint32_t refine_ids(std::vector<std::uint32_t>& ids, std::span<const std::byte> bytes,
                          std::size_t size);

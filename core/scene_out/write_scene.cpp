@@ -120,11 +120,14 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   settle_materials(w.root, count_of(document.json, "materials"), w.materials.clones());
   if (document.had_draco) LB_RETURN_IF_ERROR(mend_decoded(w));
 
-  const std::vector<Bytes> fresh = w.binary.finish();
-  std::vector<const Bytes*> buffers;
-  for (const Bytes& b : document.buffers) buffers.push_back(&b);
-  for (const Bytes& b : fresh) buffers.push_back(&b);
-  Bytes binary = pack(w.root, document.json, buffers);
+  Bytes binary;
+  {
+    const std::vector<Bytes> fresh = w.binary.finish();
+    std::vector<const Bytes*> buffers;
+    for (const Bytes& b : document.buffers) buffers.push_back(&b);
+    for (const Bytes& b : fresh) buffers.push_back(&b);
+    binary = pack(w.root, document.json, buffers);
+  }
   if (options.compression == Compression::kMeshopt)
     binary = compress_views(w.root, document.json, std::move(binary));
   if (options.compression == Compression::kDraco) {

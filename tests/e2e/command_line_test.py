@@ -99,6 +99,8 @@ class CommandLine(programs.WithFolder):
                           "--compress", "meshopt", "--max-growth", "4")
         self.assertEqual(done.returncode, 0, done.stderr)
         baked = self.path("out", "scene.glb")
+        with open(self.path("out", "report.json")) as file:
+            self.assertEqual(json.load(file)["options"]["compression"], "meshopt")
         document, binary = programs.room_document()
         document["buffers"][0]["uri"] = "room.bin"
         self.write("room.bin", binary)
