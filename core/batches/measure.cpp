@@ -164,28 +164,21 @@ ViewSet::ViewSet(const Profile& profile_, std::vector<View> views_)
   }
 }
 
-void count_ideal(const scene::Scene& scene, const hierarchy::Hierarchy& tree, ViewSet& set) {
+ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
+                      const Viewpoints& viewpoints) {
+  ViewSet set(viewpoints.profile(), viewpoints.sample(kInsideViews, kOutsideViews));
   std::vector<std::uint64_t> ideal(set.views.size());
   parallel_for(ideal.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v)
       ideal[v] = ideal_triangles(scene, tree, Frustum(set.views[v], set.profile));
   });
-  set.ideal_inside = set.ideal_outside = 0;
   for (std::size_t v = 0; v < ideal.size(); ++v)
     (set.views[v].inside ? set.ideal_inside : set.ideal_outside) +=
         set.share(set.views[v]) * static_cast<double>(ideal[v]);
-}
-
-ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                      const Viewpoints& viewpoints) {
-  ViewSet set(viewpoints.profile(), viewpoints.sample(kInsideViews, kOutsideViews));
-  count_ideal(scene, tree, set);
   return set;
 }
 
-ViewsReport measure_views(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                          const Viewpoints& viewpoints, const BatchPlan& plan) {
-  const ViewSet set = make_view_set(scene, tree, viewpoints);
+ViewsReport measure_views(const scene::Scene& scene, const ViewSet& set, const BatchPlan& plan) {
   ViewsReport report;
   report.inside_views = set.inside;
   report.outside_views = set.outside;

@@ -57,15 +57,12 @@ struct ViewSet {
   double inside_weight = 0, outside_weight = 0;
   double ideal_inside = 0, ideal_outside = 0;  // triangles not wholly outside one frustum plane
 };
-/// Fills in the ideal triangles.
-void count_ideal(const scene::Scene& scene, const hierarchy::Hierarchy& tree, ViewSet& set);
 /// 256 views inside and 16 outside, fixed for a scene and profile, or the caller's cameras.
 ViewSet make_view_set(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                       const Viewpoints& viewpoints);
 /// Means over the views (frustum culling of boxes).
 ViewsFigures measure_draws(const ViewSet& views, const std::vector<DrawItem>& draws);
 /// Input and plan against the ideal culler of single triangles.
-ViewsReport measure_views(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                          const Viewpoints& viewpoints, const BatchPlan& plan);
+ViewsReport measure_views(const scene::Scene& scene, const ViewSet& set, const BatchPlan& plan);
 
 }  // namespace lightbatch::batches

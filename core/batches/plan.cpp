@@ -4,7 +4,9 @@
 #include "core/batches/plan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <optional>
 
 #include "core/batches/assignment.h"
 #include "core/batches/measure.h"
@@ -29,15 +31,13 @@ Status check(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
   return {};
 }
 
-/// What a file of many draws is brought to, over sampled views from inside.
+/// What a file of many draws is brought to, in a mean view from inside.
 class Goal {
  public:
-  Goal(const Subject& subject, const Viewpoints& viewpoints, const std::vector<DrawItem>& before)
-      : set_(viewpoints.profile(), viewpoints.sample(kViews, 0, kPlanningViews)) {
-    count_ideal(subject.scene, subject.tree, set_);
-    draws_ = kMargin * subject.options.draws_share * measure_draws(set_, before).inside.draws;
-    triangles_ = kMargin * kTrianglesOfIdeal * set_.ideal_inside;
-  }
+  Goal(const ViewSet& views, const std::vector<DrawItem>& before, double draws_share)
+      : views_(views),
+        draws_(draws_share * measure_draws(views, before).inside.draws),
+        triangles_(kTrianglesOfIdeal * views.ideal_inside) {}
 
   struct Distance {
     double draws = 0, triangles = 0;  // as shares of what is allowed
@@ -49,17 +49,14 @@ class Goal {
     }
   };
   Distance distance(const scene::Scene& scene, const BatchPlan& plan) const {
-    const ViewFigures inside = measure_draws(set_, draws_of_plan(scene, plan)).inside;
+    const ViewFigures inside = measure_draws(views_, draws_of_plan(scene, plan)).inside;
     return {draws_ > 0 ? inside.draws / draws_ : 1,
             triangles_ > 0 ? inside.triangles / triangles_ : 1};
   }
 
  private:
-  static constexpr std::uint32_t kViews = 256;
-  /// Means over other views of that number differ by so much.
-  static constexpr double kMargin = 0.95;
   static constexpr double kTrianglesOfIdeal = 2;
-  ViewSet set_;
+  const ViewSet& views_;
   double draws_ = 0, triangles_ = 0;
 };
 
@@ -68,29 +65,38 @@ struct Attempt {
   Goal::Distance distance;
 };
 
-/// The plan of one problem that comes nearest to the goal: at the profile's prices where that
-/// does, else with draws as cheap as their limit allows. limit: of the model's draws from inside,
-/// before it is corrected.
+/// The plan of one problem that comes nearest to the goal, at the price of a draw that is nearest
+/// to the profile's. limit: of the model's draws from inside, before it is corrected.
 Attempt approach(const Subject& subject, const Problem& problem, const BatchPlan& empty,
                  const Goal& goal, double limit) {
-  const auto attempt_at = [&](const Prices& prices) {
+  const auto attempt_at = [&](double draw_price) {
     Attempt attempt{empty, {}};
-    problem.fill(prices, attempt.plan);
+    problem.fill({draw_price, subject.prices.vertex, subject.prices.triangle}, attempt.plan);
     attempt.distance = goal.distance(subject.scene, attempt.plan);
     return attempt;
   };
-  Attempt best = attempt_at(subject.prices);
+  Attempt best = attempt_at(subject.prices.draw);
   if (best.distance.met()) return best;
   // The model takes the chances of large boxes for a little less than they are.
-  constexpr int kTries = 3;
+  constexpr int kTries = 4;
   constexpr double kLeastStep = 0.99;
   for (int i = 0; i < kTries; ++i) {
-    const Prices prices = problem.least_prices(limit);
-    Attempt attempt = attempt_at(prices);
+    Attempt attempt = attempt_at(problem.least_prices(limit).draw);
     const double draws = attempt.distance.draws;
     if (attempt.distance < best.distance) best = std::move(attempt);
-    if (draws <= 1 || prices.draw >= kDearestDraw) break;
+    if (draws <= 1 || best.plan.draw_price >= kDearestDraw) break;
     limit *= std::min(1 / draws, kLeastStep);
+  }
+  // Few draws and many triangles at the profile's price: no cheaper draws than it takes.
+  constexpr double kNear = 1.2;
+  double high = subject.prices.draw;
+  while (best.distance.met() && best.plan.draw_price * kNear < high) {
+    const double middle = std::sqrt(best.plan.draw_price * high);
+    Attempt attempt = attempt_at(middle);
+    if (attempt.distance.met())
+      best = std::move(attempt);
+    else
+      high = middle;
   }
   return best;
 }
@@ -113,7 +119,7 @@ void add_curve(const Problem& problem, BatchPlan& result) {
 
 Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                        const Viewpoints& viewpoints, const BatchOptions& options,
-                       const Progress& progress) {
+                       const Progress& progress, const ViewSet* measured) {
   const Profile& profile = viewpoints.profile();
   LB_RETURN_IF_ERROR(check(scene, tree, options));
   progress.report("batches", 0);
@@ -133,7 +139,9 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
   progress.report("batches", 0.6);
   BatchPlan result = empty;
   if (options.draws_share < 1 && before.size() > options.free_draws) {
-    const Goal goal(subject, viewpoints, before);
+    std::optional<ViewSet> made;
+    if (measured == nullptr) measured = &made.emplace(make_view_set(scene, tree, viewpoints));
+    const Goal goal(*measured, before, options.draws_share);
     const double limit = options.draws_share * expected_inside_draws(before, views);
     Attempt best = approach(subject, *problem, empty, goal, limit);
     // What instances cannot reach, more copies may.

@@ -124,11 +124,14 @@ struct BatchPlan {
   std::vector<CurvePoint> curve;    // few draws first
 };
 
+struct ViewSet;
+
 /// Chooses batches for a profile and the views that it has of the scene: the cut through the
 /// hierarchy (over the scene's triangles) of least expected cost of a frame, then whole objects
-/// where a split does not pay. Deterministic; O(n log n). BAD_OPTION, CANCELLED.
+/// where a split does not pay. measured: of make_view_set, what draws_share is held to; null: made
+/// here where it is asked for. Deterministic; O(n log n). BAD_OPTION, CANCELLED.
 Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                        const Viewpoints& viewpoints, const BatchOptions& options,
-                       const Progress& progress = {});
+                       const Progress& progress = {}, const ViewSet* measured = nullptr);
 
 }  // namespace lightbatch::batches

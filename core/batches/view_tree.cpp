@@ -16,6 +16,9 @@ constexpr std::size_t kPlaces = 8;
 /// Draws that a split adds are counted as no fewer.
 constexpr double kLeastDraws = 1e-3;
 
+/// Clusters that differ so little along an axis, as a share of all their box, lie level: rounding.
+constexpr float kLevel = 1e-6f;
+
 struct Split {
   double gain = -1;  // triangles saved for each draw added
   std::size_t axis = 0, left = 0;
@@ -103,6 +106,9 @@ ViewTree split_by_views(std::span<const Aabb> boxes, std::span<const double> tri
         const float ca = p.lower[axis] + p.upper[axis], cb = q.lower[axis] + q.upper[axis];
         return ca != cb ? ca < cb : a < b;
       });
+      const Aabb &p = boxes[orders[axis].front()], &q = boxes[orders[axis].back()];
+      const float spread = q.lower[axis] + q.upper[axis] - p.lower[axis] - p.upper[axis];
+      if (spread <= kLevel * whole.diagonal()) continue;
       splits[axis] = best_place(subject, orders[axis], axis, chance, all);
     }
     const Split* best = &splits[0];

@@ -34,9 +34,9 @@ Vec3d direction(double yaw, double pitch);
 Result<std::vector<View>> read_cameras(std::string_view json, const std::string& place,
                                        const Vec3d& origin);
 
-/// Where views start in their sequences, far from ViewDistribution's: those that plans are checked
-/// with, and those that measures are taken over.
-inline constexpr std::uint32_t kPlanningViews = 5000, kMeasuringViews = 10000;
+/// Where the views that measures are taken over start in their sequences, far from
+/// ViewDistribution's.
+inline constexpr std::uint32_t kMeasuringViews = 10000;
 
 /// Where a scene is looked at from: a caller's cameras, or else points where people can stand and
 /// points outside. The scene's triangles are read once, here.

@@ -78,7 +78,8 @@ Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& repo
 }
 
 Status plan_batches(const JobOptions& options, const Prepared& p,
-                    const batches::Viewpoints& viewpoints, Made& made, const Progress& progress) {
+                    const batches::Viewpoints& viewpoints, const batches::ViewSet& measured,
+                    Made& made, const Progress& progress) {
   batches::BatchOptions batch_options;
   batch_options.max_batches = static_cast<std::uint32_t>(options.max_batches);
   batch_options.max_vertices = options.max_vertices;
@@ -100,8 +101,8 @@ Status plan_batches(const JobOptions& options, const Prepared& p,
       }
     }
   }
-  LB_ASSIGN_OR_RETURN(made.plan,
-                      batches::plan(*p.scene, p.tree, viewpoints, batch_options, progress));
+  LB_ASSIGN_OR_RETURN(
+      made.plan, batches::plan(*p.scene, p.tree, viewpoints, batch_options, progress, &measured));
   return {};
 }
 
@@ -280,10 +281,11 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
   if (options.batches) {
     clock.start("batches");
     progress.report("batches", 0);
-    LB_RETURN_IF_ERROR(plan_batches(options, p, viewpoints, made, progress));
-    report["batches"] = report_batches(
-        *p.scene, made.plan, batches::measure_views(*p.scene, p.tree, viewpoints, made.plan),
-        viewpoints.profile().name);
+    const batches::ViewSet views = batches::make_view_set(*p.scene, p.tree, viewpoints);
+    LB_RETURN_IF_ERROR(plan_batches(options, p, viewpoints, views, made, progress));
+    report["batches"] =
+        report_batches(*p.scene, made.plan, batches::measure_views(*p.scene, views, made.plan),
+                       viewpoints.profile().name);
     if (options.pvs) {
       LB_ASSIGN_OR_RETURN(report["pvs"], write_visible_sets(options, p, viewpoints, made.plan,
                                                             artifacts, clock, progress));

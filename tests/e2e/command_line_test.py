@@ -126,7 +126,8 @@ class CommandLine(programs.WithFolder):
         cameras = self.write("cameras.json", b'[{"eye": [1, 1.6, 1], "target": [5, 1.5, 1]}]')
         costs = []
         for name, options in (("all", []), ("one", ["--cameras", cameras])):
-            done = lightbatch("bake", office, "-o", self.path(name), "--no-lightmaps", "-q", *options)
+            done = lightbatch("bake", office, "-o", self.path(name), "--no-lightmaps", "-q", "--draws-share", "1",
+                              *options)
             self.assertEqual(done.returncode, 0, done.stderr)
             shown = lightbatch("views", office, self.path(name, "scene.glb"), "--cameras", cameras, "-q", "--json")
             self.assertEqual(shown.returncode, 0, shown.stderr)

@@ -41,7 +41,8 @@ TEST(Plan, DearTrianglesMakeMoreBatches) {
   EXPECT_GT(many.batches.size(), 10u);
   EXPECT_LT(many.expected_triangles, few.expected_triangles);
   const auto tree = hierarchy_of(scene);
-  const ViewsReport report = measure_views(scene, tree, Viewpoints(scene, dear), many);
+  const ViewsReport report =
+      measure_views(scene, make_view_set(scene, tree, Viewpoints(scene, dear)), many);
   EXPECT_LT(report.after.inside.triangles, 2.0 * report.ideal_inside);
   EXPECT_GE(report.after.inside.triangles, report.ideal_inside);
   EXPECT_GE(report.before.inside.triangles, report.ideal_inside);
