@@ -51,7 +51,7 @@ class BinSplit {
     merge_bins();
     Split best = Split::middle(part.count);
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      scan_blocks(kBins, empty_box(), empty_box(), blocks_[axis], context(axis), best);
+      scan_blocks(kBins, empty_box(), empty_box(), blocks_[axis], binned(axis).context, best);
     }
     if (!sweep_doubtful(best)) return false;
     if (!(best.cost < std::numeric_limits<float>::infinity())) return false;
@@ -60,24 +60,9 @@ class BinSplit {
   }
 
  private:
-  static constexpr std::uint32_t kBins = 1024;
   static constexpr std::size_t kLeastChunk = 8192;
   static constexpr std::uint32_t kMostDoubtful = 4;  // a fraction: one in so many
-  static constexpr std::size_t kFiner = 64;          // bins in a bin
-  static constexpr std::size_t kFewInBin = 256;      // are sorted at once
-  static constexpr std::uint32_t kNowhere = 0xffffffffu;
-
-  /// Of one axis: the bins that may hold the best split.
-  struct Doubtful {
-    std::array<std::uint32_t, kBins> places;  // of each bin among the members, or kNowhere
-    std::vector<std::uint32_t> members, grouped;
-    std::vector<std::uint8_t> codes;
-    Blocks finer, inside;
-    std::vector<std::uint64_t> order;
-    std::vector<Record> sorted;
-  };
-
-  SweepContext context(std::uint32_t axis) const { return {part_->count, axis, range_}; }
+  static constexpr std::uint32_t kFewForThreads = 1u << 17;
 
   /// How centres and places are mapped to bins, monotonely. Where all centres are the same, the
   /// order is that of the ids.
@@ -163,175 +148,59 @@ class BinSplit {
     }
   }
 
+  BinnedAxis binned(std::uint32_t axis) const {
+    return {records_,
+            memory_.codes(*part_, axis),
+            {part_->count, axis, range_},
+            low_[axis],
+            scale_[axis],
+            place_scale_[axis],
+            blocks_[axis]};
+  }
+
   /// Sweeps the bins that may hold the best split. False if they hold too many records.
   bool sweep_doubtful(Split& best) {
     std::uint32_t sum = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      Doubtful& own = doubtful_[axis];
-      std::uint32_t count = 0;
-      for (std::size_t b = 0; b < kBins; ++b) {
-        const bool out = ruled_out(b, blocks_[axis], part_->count, best);
-        own.places[b] = out ? kNowhere : count;
-        if (!out) count += blocks_[axis].starts[b + 1] - blocks_[axis].starts[b];
-      }
-      own.members.resize(count);
-      sum += count;
-    }
+    for (std::uint32_t axis = 0; axis < 3; ++axis) sum += doubtful_[axis].find(binned(axis), best);
     if (sum > part_->count / kMostDoubtful) return false;
     std::array<Split, 3> splits{best, best, best};
-    parallel_for(3, 1, [&](std::size_t axis, std::size_t) { sweep_axis(axis, splits[axis]); });
+    // Threads take longer to wake than few records to be looked through.
+    parallel_for(3, part_->count < kFewForThreads ? 3 : 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t axis = begin; axis < end; ++axis) {
+        doubtful_[axis].sweep(binned(static_cast<std::uint32_t>(axis)), splits[axis]);
+      }
+    });
     for (const Split& split : splits) {
       best.offer(split.cost, split.axis, split.position, split.rank);
     }
     return true;
   }
 
-  /// Calls body(record, bin) for the records in bins first to last.
-  template <typename Body>
-  LB_INLINE void each_in_bins(std::size_t axis, std::uint32_t first, std::uint32_t last,
-                              Body body) const {
-    constexpr std::size_t kGroup = 32;
-    const std::uint16_t* codes = memory_.codes(*part_, axis);
-    const auto low = static_cast<std::uint16_t>(first),
-               span = static_cast<std::uint16_t>(last - first);
-    const auto inside = [&](std::uint16_t code) {
-      return static_cast<std::uint16_t>(code - low) <= span;
-    };
-    const std::size_t count = part_->count;
-    for (std::size_t begin = 0; begin < count; begin += kGroup) {
-      const std::size_t end = std::min(count, begin + kGroup);
-      if (end == begin + kGroup) {
-        std::uint16_t any = 0;
-        for (std::size_t k = 0; k < kGroup; ++k) {
-          any = static_cast<std::uint16_t>(any | (inside(codes[begin + k]) ? 1 : 0));
-        }
-        if (any == 0) continue;
-      }
-      for (std::size_t i = begin; i < end; ++i) {
-        if (inside(codes[i])) body(i, codes[i]);
-      }
-    }
-  }
-
-  void sweep_axis(std::size_t axis, Split& best) {
-    Doubtful& own = doubtful_[axis];
-    const auto is_in = [](std::uint32_t place) { return place != kNowhere; };
-    const auto& places = own.places;
-    const auto first = std::find_if(places.begin(), places.end(), is_in) - places.begin();
-    const auto last = places.rend() - std::find_if(places.rbegin(), places.rend(), is_in) - 1;
-    if (last < 0) return;
-    std::array<std::uint32_t, kBins> next = places;
-    each_in_bins(axis, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last),
-                 [&](std::size_t i, std::size_t bin) {
-                   if (is_in(next[bin])) own.members[next[bin]++] = static_cast<std::uint32_t>(i);
-                 });
-    for (std::size_t b = 0; b < kBins; ++b) {
-      const Blocks& blocks = blocks_[axis];
-      if (!is_in(places[b]) || ruled_out(b, blocks, part_->count, best)) continue;
-      const std::span members =
-          std::span(own.members).subspan(places[b], blocks.starts[b + 1] - blocks.starts[b]);
-      const V8f before = load_box(&blocks.prefix[b]), after = load_box(&blocks.suffix[b + 1]);
-      if (members.size() <= kFewInBin) {
-        sweep_members(axis, members, {blocks.starts[b], before, after}, best);
-      } else {
-        sweep_finer(axis, b, members, best);
-      }
-    }
-  }
-
-  /// Cuts a bin into finer ones, and does with them as with bins.
-  void sweep_finer(std::size_t axis, std::size_t b, std::span<const std::uint32_t> members,
-                   Split& best) {
-    Doubtful& own = doubtful_[axis];
-    Blocks& finer = own.finer;
-    finer.resize(kFiner);
-    for (std::size_t f = 0; f < kFiner; ++f) store_box(&finer.boxes[f], empty_box());
-    std::array<std::uint32_t, kFiner + 1> next{};
-    own.codes.resize(members.size());
-    own.grouped.resize(members.size());
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      const Record& record = records_[members[k]];
-      // Powers of two change no digit: these codes divide those of the bins.
-      const float place = static_cast<float>(static_cast<std::int32_t>(members[k]));
-      const float at = (record.key(axis) - low_[axis]) * scale_[axis] + place * place_scale_[axis];
-      const std::int32_t code = static_cast<std::int32_t>(at * static_cast<float>(kFiner)) -
-                                static_cast<std::int32_t>(b * kFiner);
-      const auto f =
-          static_cast<std::size_t>(std::clamp(code, 0, static_cast<std::int32_t>(kFiner) - 1));
-      store_box(&finer.boxes[f], unite(load_box(&finer.boxes[f]), load_box(&record)));
-      own.codes[k] = static_cast<std::uint8_t>(f);
-      ++next[f + 1];
-    }
-    const Blocks& blocks = blocks_[axis];
-    for (std::size_t f = 0; f < kFiner; ++f) {
-      next[f + 1] += next[f];
-      finer.starts[f] = blocks.starts[b] + next[f];
-    }
-    finer.starts[kFiner] = blocks.starts[b + 1];
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      own.grouped[next[own.codes[k]]++] = members[k];
-    }
-    scan_blocks(kFiner, load_box(&blocks.prefix[b]), load_box(&blocks.suffix[b + 1]), finer,
-                context(static_cast<std::uint32_t>(axis)), best);
-    for (std::size_t f = 0; f < kFiner; ++f) {
-      if (ruled_out(f, finer, part_->count, best)) continue;
-      sweep_members(
-          axis,
-          std::span(own.grouped)
-              .subspan(finer.starts[f] - blocks.starts[b], finer.starts[f + 1] - finer.starts[f]),
-          {finer.starts[f], load_box(&finer.prefix[f]), load_box(&finer.suffix[f + 1])}, best);
-    }
-  }
-
-  /// What lies outside some members of the list, which begin at position `first` of it.
-  struct Around {
-    std::uint32_t first;
-    V8f before, after;
+  struct Cut {
+    Record edge;                     // the first on the right
+    bool ties;                       // others of its centre may be on the left
+    std::vector<std::size_t> lefts;  // records on the left before each chunk
   };
 
-  void sweep_members(std::size_t axis, std::span<const std::uint32_t> members, const Around& around,
-                     Split& best) {
-    Doubtful& own = doubtful_[axis];
-    sort_members(axis, members, own.order);
-    own.sorted.resize(2 * kMargin + members.size());
-    Record* const list = own.sorted.data() + kMargin;
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      list[k] = records_[static_cast<std::uint32_t>(own.order[k])];
-    }
-    const SweepContext limits = context(static_cast<std::uint32_t>(axis));
-    const std::size_t number =
-        box_blocks(list, static_cast<std::uint32_t>(members.size()), around.first, own.inside);
-    scan_blocks(number, around.before, around.after, own.inside, limits, best);
-    sweep_blocks(list, number, own.inside, limits, best);
-  }
-
-  /// By key and place.
-  void sort_members(std::size_t axis, std::span<const std::uint32_t> members,
-                    std::vector<std::uint64_t>& order) const {
-    order.resize(members.size());
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      order[k] = std::uint64_t{ordered_bits(records_[members[k]].key(axis))} << 32 | members[k];
-    }
-    std::sort(order.begin(), order.end());
-  }
-
-  /// The first record on the right, and whether others of its centre may be on the left.
-  const Record& first_on_right(const Split& best, std::size_t b, bool& ties) {
+  /// `b`: the bin of the first on the right.
+  Cut cut(const Split& best, std::size_t b) {
     const std::size_t axis = best.axis;
-    const Blocks& blocks = blocks_[axis];
-    ties = flat_[axis];
-    if (ties) return records_[best.position];
-    std::vector<std::uint32_t>& members = doubtful_[axis].members;
-    std::vector<std::uint64_t>& order = doubtful_[axis].order;
-    members.clear();
-    const auto bin = static_cast<std::uint32_t>(b);
-    each_in_bins(axis, bin, bin, [&](std::size_t i, std::size_t) {
-      members.push_back(static_cast<std::uint32_t>(i));
-    });
-    sort_members(axis, members, order);
-    const std::size_t k = best.position - blocks.starts[b];
-    ties = k > 0 && order[k - 1] >> 32 == order[k] >> 32;
-    return records_[static_cast<std::uint32_t>(order[k])];
+    const std::size_t k = best.position - blocks_[axis].starts[b];
+    const std::span<const std::uint64_t> order =
+        doubtful_[axis].divided(binned(best.axis), static_cast<std::uint32_t>(b), k);
+    bool ties = flat_[axis];
+    for (std::size_t i = 0; i < k; ++i) ties |= order[i] >> 32 == order[k] >> 32;
+    Cut result{records_[static_cast<std::uint32_t>(order[k])], ties,
+               std::vector<std::size_t>(chunks() + 1)};
+    for (std::size_t set = 0; set < 2 * chunks(); ++set) {
+      const std::uint32_t* const counts = counts_.data() + (set * 3 + axis) * kBins;
+      result.lefts[set / 2 + 1] = std::accumulate(counts, counts + b, result.lefts[set / 2 + 1]);
+    }
+    for (std::size_t i = 0; i < k; ++i) {
+      ++result.lefts[static_cast<std::uint32_t>(order[i]) / chunk_ + 1];
+    }
+    std::partial_sum(result.lefts.begin(), result.lefts.end(), result.lefts.begin());
+    return result;
   }
 
   void divide(const Split& best, std::array<Part, 2>& children) {
@@ -352,24 +221,16 @@ class BinSplit {
       ++child.depth;
       child.in_tree = !part.in_tree;
     }
-    bool ties = false;
-    const Record edge = first_on_right(best, b, ties);
-    std::vector<std::size_t> lefts(chunks() + 1, 0);
+    const Cut at = cut(best, b);
+    Record* const to_left = memory_.records(children[0]);
+    Record* const to_right = memory_.records(children[1]);
     each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
-      lefts[chunk + 1] = chunks() == 1 ? 0
-                         : ties ? count_left<true>(records_ + begin, end - begin, edge, best.axis)
-                                : count_left<false>(records_ + begin, end - begin, edge, best.axis);
-    });
-    for (std::size_t chunk = 0; chunk < chunks(); ++chunk) lefts[chunk + 1] += lefts[chunk];
-    Record *const to_left = memory_.records(children[0]), *const to_right =
-                                                              memory_.records(children[1]);
-    each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
-      Record* left = to_left + lefts[chunk];
-      Record* right = to_right + (begin - lefts[chunk]);
-      if (ties) {
-        distribute<true>(records_ + begin, end - begin, edge, best.axis, left, right);
+      Record* left = to_left + at.lefts[chunk];
+      Record* right = to_right + (begin - at.lefts[chunk]);
+      if (at.ties) {
+        distribute<true>(records_ + begin, end - begin, at.edge, best.axis, left, right);
       } else {
-        distribute<false>(records_ + begin, end - begin, edge, best.axis, left, right);
+        distribute<false>(records_ + begin, end - begin, at.edge, best.axis, left, right);
       }
     });
   }
@@ -386,5 +247,5 @@ class BinSplit {
   LargeVector<Record> boxes_;  // by half chunk, axis, bin
   LargeVector<std::uint32_t> counts_;
   NodeBlocks blocks_;
-  std::array<Doubtful, 3> doubtful_;
+  std::array<DoubtfulBins, 3> doubtful_;
 };

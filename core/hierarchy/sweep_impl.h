@@ -1,7 +1,7 @@
 // Included once by each sweep_*.cpp with its instruction set switched on, inside an anonymous
 // namespace. The full sweep over sorted lists, faster but with the same splits:
 // - costs of large nodes are bounded from below, and only what may beat the best is sorted and
-//   swept (sweep_bins.h, sweep_blocks.h);
+//   swept (sweep_bins.h, sweep_doubtful.h, sweep_blocks.h);
 // - lists are sorted once a subtree fits the caches (sweep_sorted.h);
 // - every node knows its place in the result, so threads cannot change it.
 
@@ -12,6 +12,7 @@
 #include "core/hierarchy/sweep_blocks.h"
 #include "core/hierarchy/sweep_moves.h"
 #include "core/hierarchy/sweep_sorted.h"
+#include "core/hierarchy/sweep_doubtful.h"
 #include "core/hierarchy/sweep_bins.h"
 // clang-format on
 

@@ -57,16 +57,3 @@ void distribute_two(std::array<Record*, 2> lists, std::array<Record*, 2> right_l
   store_box(right_a + right_count, past_a);
   store_box(right_b + right_count, past_b);
 }
-
-template <bool kTies>
-std::size_t count_left(const Record* r, std::size_t count, const Record& edge, std::uint32_t axis) {
-  const float limit = edge.key(axis);
-  std::size_t sum = 0;
-  for (std::size_t k = 0; k < count; ++k) {
-    const float key = r[k].key(axis);
-    bool to_left = key < limit;
-    if constexpr (kTies) to_left |= (key == limit) & (r[k].tagged_id < edge.tagged_id);
-    sum += to_left;
-  }
-  return sum;
-}
