@@ -84,15 +84,18 @@ batches::ViewFigures inside(const Subject& s, const batches::ViewSet& views,
   return batches::measure_draws(views, batches::draws_of_plan(s.scene, plan)).inside;
 }
 
-BatchPlan plan_of(const Subject& s, const Profile& profile) {
-  return std::move(batches::plan(s.scene, s.tree, batches::Viewpoints(s.scene, profile), s.options))
+BatchPlan plan_of(const Subject& s, const Profile& profile, const BatchOptions& options) {
+  return std::move(batches::plan(s.scene, s.tree, batches::Viewpoints(s.scene, profile), options))
       .value();
 }
 
+/// Where the price of a draw alone decides.
 BatchPlan plan_at(const Subject& s, Profile profile, double draw) {
   profile.draw = draw;
   profile.state = 0;
-  return plan_of(s, profile);
+  BatchOptions options = s.options;
+  options.draws_share = 1;
+  return plan_of(s, profile, options);
 }
 
 /// The plan of the finest cut that draws at most `draws` times in a mean view.
@@ -115,7 +118,7 @@ batches::ViewFigures at_most(const Subject& s, const batches::ViewSet& views, do
 void run(const Subject& s, const Options& options) {
   const Profile profile = batches::preset_profile(options.profile).value();
   const double start = cpu_seconds();
-  const BatchPlan plan = plan_of(s, profile);
+  const BatchPlan plan = plan_of(s, profile, s.options);
   const double planned = cpu_seconds() - start;
   const batches::ViewSet views =
       batches::make_view_set(s.scene, s.tree, batches::Viewpoints(s.scene, profile));

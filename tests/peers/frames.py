@@ -5,7 +5,7 @@
 
 Bakes each .glb of DIR (or the named ones) without lightmaps and prints a table: difference of the pictures (largest of the
 poses' means, share of full scale), draws, triangles and milliseconds a frame, means over the poses inside: script alone, and
-all CPU of the browser with its software rasteriser (the mean of N frames; 0: pictures only). Exit code 0: every difference is
+all CPU of the browser with its software rasteriser (medians of three turns of N frames or more; 0: pictures only). Exit code 0: every difference is
 below 1 %; where the input has more than 500 draws, script takes at most a third of its time; nowhere does a frame take more
 CPU than 1/0.95 of the input's. Needs npm (three, playwright-core) and Debian's chromium.
 """
@@ -59,7 +59,7 @@ def main():
     parser.add_argument("--scenes", type=pathlib.Path, default=table.ROOT / "tests/data/scenes")
     parser.add_argument("--out", type=pathlib.Path, default=table.ROOT / "build/frames")
     parser.add_argument("--lightbatch", type=pathlib.Path, default=table.ROOT / "build/release/client/cli/lightbatch")
-    parser.add_argument("--frames", type=int, default=5)
+    parser.add_argument("--frames", type=int, default=2)
     parser.add_argument("--option", action="append", default=[], help="of bake, as --option=--profile=webgl")
     parser.add_argument("names", nargs="*", metavar="SCENE")
     words = parser.parse_args()
