@@ -61,8 +61,8 @@ class BinSplit {
 
  private:
   static constexpr std::size_t kLeastChunk = 8192;
-  static constexpr std::uint32_t kMostDoubtful = 4;  // a fraction: one in so many
-  static constexpr std::uint32_t kFewForThreads = 1u << 17;
+  static constexpr std::uint32_t kMostDoubtful = 4;      // a fraction: one in so many
+  static constexpr std::uint32_t kFewForThreads = 8192;  // records
 
   /// How centres and places are mapped to bins, monotonely. Where all centres are the same, the
   /// order is that of the ids.
@@ -165,7 +165,7 @@ class BinSplit {
     if (sum > part_->count / kMostDoubtful) return false;
     std::array<Split, 3> splits{best, best, best};
     // Threads take longer to wake than few records to be looked through.
-    parallel_for(3, part_->count < kFewForThreads ? 3 : 1, [&](std::size_t begin, std::size_t end) {
+    parallel_for(3, sum < kFewForThreads ? 3 : 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t axis = begin; axis < end; ++axis) {
         doubtful_[axis].sweep(binned(static_cast<std::uint32_t>(axis)), splits[axis]);
       }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -25,36 +27,46 @@ class Oracle {
     OracleHit best;
     best.t = static_cast<double>(ray.t_max);
     const Vec3d o = to_double(ray.origin), d = to_double(ray.direction);
-    stack_.assign(1, 0);
+    stack_.assign(1, {0, entry(tree_.box(0), o, d)});
     while (!stack_.empty()) {
-      const auto node = stack_.back();
+      const Waiting top = stack_.back();
       stack_.pop_back();
-      if (!meets(tree_.box(node), o, d, best.t)) continue;
-      if (tree_.is_leaf(node)) {
-        test(tree_.primitive(tree_.first(node)), o, d, static_cast<double>(ray.t_min), best);
-      } else {
-        stack_.push_back(tree_.left(node));
-        stack_.push_back(tree_.right(node));
+      if (!(top.t <= best.t * (1 + 1e-9))) continue;
+      if (tree_.is_leaf(top.node)) {
+        test(tree_.primitive(tree_.first(top.node)), o, d, static_cast<double>(ray.t_min), best);
+        continue;
       }
+      Waiting near{tree_.left(top.node), 0}, far{tree_.right(top.node), 0};
+      near.t = entry(tree_.box(near.node), o, d);
+      far.t = entry(tree_.box(far.node), o, d);
+      if (far.t < near.t) std::swap(near, far);
+      if (far.t < kMissed) stack_.push_back(far);
+      if (near.t < kMissed) stack_.push_back(near);
     }
     return best;
   }
 
  private:
-  static bool meets(const Aabb& box, const Vec3d& o, const Vec3d& d, double t_max) {
-    double low = -1e-9, high = t_max * (1 + 1e-9);
+  static constexpr double kMissed = std::numeric_limits<double>::infinity();
+  struct Waiting {
+    hierarchy::Hierarchy::NodeId node;
+    double t;  // where the ray enters its box
+  };
+
+  static double entry(const Aabb& box, const Vec3d& o, const Vec3d& d) {
+    double low = -1e-9, high = std::numeric_limits<double>::max();
     for (std::size_t k = 0; k < 3; ++k) {
       const double pad = 1e-9 * (1 + std::abs(o[k]));
       const double a = static_cast<double>(box.lower[k]) - pad - o[k];
       const double b = static_cast<double>(box.upper[k]) + pad - o[k];
       if (d[k] == 0) {
-        if (a > 0 || b < 0) return false;
+        if (a > 0 || b < 0) return kMissed;
         continue;
       }
       low = std::max(low, std::min(a / d[k], b / d[k]));
       high = std::min(high, std::max(a / d[k], b / d[k]));
     }
-    return low <= high;
+    return low <= high ? low : kMissed;
   }
 
   void test(std::uint32_t i, const Vec3d& o, const Vec3d& d, double t_min, OracleHit& best) const {
@@ -78,7 +90,7 @@ class Oracle {
 
   const Scene& scene_;
   const hierarchy::Hierarchy& tree_;
-  std::vector<hierarchy::Hierarchy::NodeId> stack_;
+  std::vector<Waiting> stack_;
 };
 
 }  // namespace
