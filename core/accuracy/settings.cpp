@@ -19,18 +19,24 @@ struct Rung {
 
 constexpr std::array<Rung, 8> kLadder{{
     {kCoarsestRung, 800, 16, 4, 8, 4},
-    {0.10, 2'500, 24, 8, 24, 4},
-    {0.05, 6'000, 32, 8, 64, 4},
-    {0.02, 14'000, 48, 8, 176, 4},
-    {0.01, 28'000, 64, 12, 400, 8},
-    {0.005, 60'000, 80, 12, 1'000, 8},
-    {0.002, 160'000, 96, 16, 3'400, 16},
+    {0.10, 5'000, 28, 8, 32, 4},
+    {0.05, 12'000, 40, 8, 80, 4},
+    {0.02, 22'000, 72, 8, 240, 4},
+    {0.01, 40'000, 80, 12, 480, 8},
+    {0.005, 70'000, 88, 12, 1'000, 8},
+    {0.002, 180'000, 100, 16, 3'400, 16},
     {kFinestRung, 600'000, 128, 16, 20'000, 16},
 }};
 
 /// Errors of the parts that are bounded by settings of their own, against the target.
-constexpr double kEdgeShare = 1.5;      // of visibility in a texel of a shadow's edge
-constexpr double kSharingShare = 1.0;   // of a block's middle against its corners
+constexpr double kEdgeShare = 1.5;     // of visibility in a texel of a shadow's edge
+constexpr double kSharingShare = 1.0;  // of a block's middle against its corners
+/// Virtual lights and rays to them, against the rays of a texel.
+constexpr int kRaysToVirtual = 3;
+constexpr int kVirtualLights = 32;
+constexpr int kFewestVirtual = 1024, kMostVirtual = 16384;
+/// Texel sizes, at 5 %: what is nearer is not left to the texel there.
+constexpr double kLinked = 0.3;
 constexpr double kFineSharing = 0.015;  // below: blocks start at 4 texels
 
 /// Position on the ladder.
@@ -71,6 +77,10 @@ BakeSettings settings_for(const Rungs& rungs, const SceneMeasure& scene, std::ui
   settings.gather.block = rungs.target < kFineSharing ? 4 : 8;
   settings.gather.tolerance = kSharingShare * rungs.target;
   settings.gather.reach = std::clamp(3.2 * std::sqrt(rungs.target), 0.25, 1.0);
+  settings.gather.virtual_rays = std::max(4, settings.gather.rays / kRaysToVirtual);
+  settings.gather.virtual_lights =
+      std::clamp(kVirtualLights * settings.gather.rays, kFewestVirtual, kMostVirtual);
+  settings.gather.linked = std::min(1.0, kLinked * std::pow(0.05 / rungs.indirect, 0.75));
   settings.gather.pilot_rays = direct.whole(&Rung::pilot_rays);
   settings.gather.direct_error = kEdgeShare * std::max(kFinestRung, rungs.direct);
   return settings;

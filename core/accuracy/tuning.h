@@ -12,9 +12,9 @@ struct Growth {
 };
 /// Samples of edges converge as N^-3/4.
 constexpr Growth kDirectGrowth{1.0, 4.0 / 3.0};
-/// Gather rays and elements together; measured: error falls as rays^-0.55 where a few bright
-/// patches light a room, as rays^-0.75 in even light.
-constexpr Growth kIndirectGrowth{0.75, 1.3};
+/// Gather rays and elements together; measured: error falls as rays^-0.5 where a few bright patches
+/// light a room, as rays^-0.75 in even light.
+constexpr Growth kIndirectGrowth{0.7, 1.2};
 
 /// What a pilot measured of one part of the light at one place of the ladder.
 struct PartPilot {

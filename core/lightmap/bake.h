@@ -25,6 +25,10 @@ struct GatherSettings {
   double direct_error = 0.05;  // share of the mean irradiance that visibility may be off by in a
                                // texel of a shadow's edge; sets the number of shadow rays there
   double deeper = 0.5;         // one more gather when a hit is nearer than this many element sizes
+  double linked = 0.3;         // such hits are linked to the texel there unless they are nearer
+                               // than this many of its sizes
+  int virtual_lights = 2048;   // about so many where strong lights make small bright patches
+  int virtual_rays = 16;       // rays of a computed texel to them
 };
 
 /// What the bake reads; all outlive it.
@@ -49,9 +53,9 @@ struct BakeInput {
   const std::vector<std::uint8_t>* selected = nullptr;
 };
 
-/// A fixed share, about one in `divisor`, of blocks of texels, whole ones of those that bake_indirect
-/// starts from (of single texels where a chart has none): what a pilot bakes to learn error and
-/// price.
+/// A fixed share, about one in `divisor`, of blocks of texels, whole ones of those that
+/// bake_indirect starts from (of single texels where a chart has none): what a pilot bakes to learn
+/// error and price.
 std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas::TexelMap& texels,
                                         int block, std::uint32_t divisor);
 
@@ -59,17 +63,19 @@ struct BakeCounts {
   radiosity::RayCounts rays;
   std::uint64_t texels = 0;
   std::uint64_t computed_texels = 0;  // gathered, the rest shared
-  std::uint64_t border_texels = 0;    // of these not selected, but corners of blocks that are
+  std::uint64_t border_rays = 0;      // for texels not selected, whose light those that are need
   std::uint64_t refined_texels = 0;   // direct light refined
   std::uint64_t deeper_gathers = 0;
+  std::uint64_t near_links = 0;  // of these, left to the texel there
 
   BakeCounts& operator+=(const BakeCounts& o) {
     rays += o.rays;
     texels += o.texels;
     computed_texels += o.computed_texels;
-    border_texels += o.border_texels;
+    border_rays += o.border_rays;
     refined_texels += o.refined_texels;
     deeper_gathers += o.deeper_gathers;
+    near_links += o.near_links;
     return *this;
   }
 };

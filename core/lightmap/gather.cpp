@@ -22,6 +22,8 @@ using radiosity::Receiver;
 /// hit is near: cut short, the walk would end on an element that lies mostly outside.
 constexpr int kSureDepth = 2;
 constexpr int kMaxDepth = 256;
+/// Width of an element over the root of its area.
+constexpr float kElementSize = 1.5f;
 /// Differences between neighbours that noise and plain gradients explain.
 constexpr float kPlainVariation = 0.3f;
 /// A second gather in a row is worth less: what it reads has been reflected once more.
@@ -36,6 +38,8 @@ constexpr float kVariationReach = 8.0f;
 
 /// Rays of a texel after which their price is known.
 constexpr std::uint32_t kFirstRays = 16;
+/// Rays of a texel to virtual lights, at least.
+constexpr int kFewestVirtual = 4;
 /// Casts that a ray takes in the open, further gathers and shadow rays included.
 constexpr double kPlainCasts = 3;
 
@@ -49,16 +53,23 @@ std::uint32_t worth_casting(int rays, double casts) {
 
 }  // namespace
 
-Gather::Gather(const BakeInput& input, const GatherSettings& settings)
-    : input_(input), settings_(settings), near_(input.elements.count()) {
+Gather::Gather(const BakeInput& input, const GatherSettings& settings, const Aids* aids)
+    : input_(input),
+      settings_(settings),
+      aids_(aids),
+      resolved_(input.direct.sources().punctual().size(), radiosity::kResolvedLights),
+      near_(input.elements.count()) {
+  for (std::size_t k = 0; k < input.solution.resolved.size(); ++k) {
+    resolved_[input.solution.resolved[k]] = static_cast<std::uint8_t>(k);
+  }
   const radiosity::Elements& elements = input.elements;
   const auto& indirect = input.solution.indirect;
   parallel_for(near_.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto e = static_cast<ElementId>(i);
       // Against the element's own size: most elements of furniture are far smaller than the edge.
-      const double size =
-          std::min(elements.edge(), 1.5 * std::sqrt(static_cast<double>(elements.area(e))));
+      const double size = std::min(elements.edge(),
+                                   static_cast<double>(kElementSize * std::sqrt(elements.area(e))));
       // An element that differs much from its neighbours, or has much close above it, varies much
       // inside (it lies partly in a crack or under something): what it holds is right only from
       // afar.
@@ -84,23 +95,59 @@ Gather::Gather(const BakeInput& input, const GatherSettings& settings)
   });
 }
 
-Rgb Gather::read(ElementId e, const rays::Hit& hit, const Split& split, BakeCounts& counts) const {
+bool Gather::is_served(const rays::Hit& hit, const Path& path) const {
+  if (path.receiver == nullptr || aids_->lights.is_empty()) return false;
+  // Where virtual lights lie, whatever is read in its place.
+  const ElementId e = input_.elements.at(hit.triangle, hit.u, hit.v, hit.back);
+  if (e == radiosity::kNoElement) return false;
+  const auto c = input_.scene.corners(hit.triangle);
+  return aids_->lights.serves(e, *path.receiver,
+                              c[0] + (c[1] - c[0]) * hit.u + (c[2] - c[0]) * hit.v);
+}
+
+Rgb Gather::read(ElementId e, const rays::Hit& hit, bool served, const Path& path,
+                 BakeCounts& counts) const {
   const radiosity::Solution& solution = input_.solution;
-  if (split.asked()) {
+  if (path.grouped()) {
     const auto unresolved = solution.unresolved_by_group.of(e);
-    for (std::size_t g = 0; g < unresolved.size(); ++g) split.add(g, unresolved[g]);
+    for (std::size_t g = 0; g < unresolved.size(); ++g) path.add(g, unresolved[g]);
   }
+  if (served) return solution.unresolved[e];
   const Rgb reflectance = input_.elements.reflectance(e);
   const Rgb resolved = radiosity::resolved_irradiance(
       input_.scene, input_.direct, solution, e, hit, counts.rays,
       [&](const radiosity::PunctualLight& light, const Rgb& arrives) {
-        if (split.asked()) split.add(light.group, reflectance * arrives);
+        if (path.grouped()) path.add(light.group, reflectance * arrives);
       });
   return solution.unresolved[e] + reflectance * resolved;
 }
 
-Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numbers, int depth,
-                          const Split& split, BakeCounts& counts) const {
+Rgb Gather::direct(ElementId e, const Receiver& at, bool served, Random& random, const Path& path,
+                   BakeCounts& counts) const {
+  Rgb irradiance{};
+  const auto& lights = input_.direct.sources().punctual();
+  for (std::size_t l = 0; l < lights.size(); ++l) {
+    const Rgb open = lights[l].irradiance(at.frame.position, at.frame.normal);
+    if (open.is_black()) continue;
+    if (served && resolved_[l] < radiosity::kResolvedLights &&
+        input_.solution.state(e, resolved_[l]) != radiosity::LightState::kDark) {
+      continue;
+    }
+    const Rgb arrives = open * input_.direct.punctual_visibility(at, lights[l], counts.rays);
+    irradiance += arrives;
+    if (path.grouped()) path.add(lights[l].group, arrives);
+  }
+  const Vec2f on_emitter{random.next_float(), random.next_float()};
+  const auto emitted =
+      input_.direct.sampled_emitters(at, kWorthAsking * static_cast<float>(input_.mean_irradiance),
+                                     random.next_double(), on_emitter, counts.rays);
+  irradiance += emitted.irradiance;
+  if (path.grouped()) path.add(emitted.group, emitted.irradiance);
+  return irradiance;
+}
+
+Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, bool served, const Numbers& numbers,
+                          int depth, const Path& path, BakeCounts& counts) const {
   ++counts.deeper_gathers;
   Random random(mix_bits(numbers.seed ^ hit.triangle));
   Rgb reflectance = input_.elements.reflectance(e);
@@ -114,26 +161,23 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numb
   const Receiver at{optics::surface_frame(input_.scene, hit.triangle, hit.u, hit.v,
                                           hit.back != through, input_.direct.lift()),
                     hit.triangle};
+  if (path.links != nullptr && !through && !input_.lookup.is_split(e)) {
+    const std::uint32_t texel = aids_->near.at(hit, hit.t, std::sqrt(input_.elements.area(e)));
+    if (texel != scene::kNone) {
+      ++counts.near_links;
+      const Path own = path.further(reflectance);
+      own.links->push_back({texel, own.weight});
+      return reflectance *
+             (direct(e, at, served, random, own, counts) + aids_->near.first()[texel]);
+    }
+  }
   if (depth >= kSureDepth) {
     const float survival = std::min(1.0f, reflectance.max());
     if (!(random.next_float() < survival)) return {};
     reflectance = reflectance * (1.0f / survival);
   }
-  const Split own = split.times(reflectance);
-  Rgb irradiance{};
-  for (const auto& light : input_.direct.sources().punctual()) {
-    const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
-    if (open.is_black()) continue;
-    const Rgb arrives = open * input_.direct.punctual_visibility(at, light, counts.rays);
-    irradiance += arrives;
-    if (own.asked()) own.add(light.group, arrives);
-  }
-  const Vec2f on_emitter{random.next_float(), random.next_float()};
-  const auto emitted =
-      input_.direct.sampled_emitters(at, kWorthAsking * static_cast<float>(input_.mean_irradiance),
-                                     random.next_double(), on_emitter, counts.rays);
-  irradiance += emitted.irradiance;
-  if (own.asked()) own.add(emitted.group, emitted.irradiance);
+  const Path own = path.further(reflectance);
+  Rgb irradiance = direct(e, at, served && !through, random, own, counts);
   const Vec3f direction =
       Frame::about(at.frame.normal).to_world(cosine_hemisphere(numbers.direction));
   const Numbers next{random.next_u64(), {random.next_float(), random.next_float()}};
@@ -145,23 +189,24 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, const Numbers& numb
       [&](const Rgb& weight) {
         const Rgb sky = weight * input_.sky.radiance(direction) * kPi;
         irradiance += sky;
-        if (own.asked()) own.add(own.by_group.size() - 1, sky);
+        if (own.grouped()) own.add(own.by_group.size() - 1, sky);
       });
   return reflectance * irradiance;
 }
 
 Rgb Gather::seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,
-                 const Split& split, BakeCounts& counts) const {
+                 const Path& path, BakeCounts& counts) const {
   const ElementId e = input_.lookup.at(hit);
   if (e == radiosity::kNoElement) return {};
+  const bool served = is_served(hit, path);
   if (depth < kMaxDepth && distance < near_[e] * (depth == 0 ? 1.0f : kLaterReach)) {
-    return gather_deeper(e, hit, numbers, depth, split, counts);
+    return gather_deeper(e, hit, served, numbers, depth, path, counts);
   }
-  return read(e, hit, split, counts);
+  return read(e, hit, served, path, counts);
 }
 
 Gather::Along Gather::along(const rays::Ray& ray, std::uint32_t exclude, const Numbers& numbers,
-                            const Split& split, BakeCounts& counts) const {
+                            const Path& path, BakeCounts& counts) const {
   Along result;
   radiosity::walk_hemisphere_ray(
       input_.optics, input_.caster, ray, exclude, counts.rays,
@@ -171,19 +216,27 @@ Gather::Along Gather::along(const rays::Ray& ray, std::uint32_t exclude, const N
         }
         result.inverse_distance += 1.0 / std::max(1e-30, static_cast<double>(hit.t));
         result.radiosity +=
-            to_double(weight * seen(hit, hit.t, numbers, 0, split.times(weight), counts));
+            to_double(weight * seen(hit, hit.t, numbers, 0, path.times(weight), counts));
       },
       [&](const Rgb& weight) {
         const Rgb sky = weight * input_.sky.radiance(ray.direction) * kPi;
         result.radiosity += to_double(sky);
-        if (split.asked()) split.add(split.by_group.size() - 1, sky);
+        if (path.grouped()) path.add(path.by_group.size() - 1, sky);
       });
   return result;
 }
 
 Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint32_t seed,
-                                 std::span<Rgb> by_group, BakeCounts& counts) const {
-  const Split split{by_group};
+                                 std::span<Rgb> by_group, Scratch& scratch,
+                                 BakeCounts& counts) const {
+  scratch.links.clear();
+  const Receiver centre =
+      receiver_at(input_.scene, input_.layout, points.point[0], input_.direct.lift());
+  Path path{{1, 1, 1}, by_group, nullptr, nullptr};
+  if (aids_ != nullptr) {
+    path.links = &scratch.links;
+    path.receiver = &centre.frame;
+  }
   const OwenSobol8 sequence(seed);
   Rgbd sum, first_half;
   double inverse_distance = 0;
@@ -206,18 +259,28 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
         Frame::about(from.frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
     const Numbers numbers{item_seed(seed, k), sequence.pair(k, 5)};
     const Along arrives =
-        along({from.frame.origin, direction}, from.triangle, numbers, split, counts);
+        along({from.frame.origin, direction}, from.triangle, numbers, path, counts);
     sum += arrives.radiosity;
     inverse_distance += arrives.inverse_distance;
   }
   Value value;
   const auto taken = static_cast<double>(wanted);
-  value.irradiance = to_float(sum / taken);
   for (Rgb& part : by_group) part = part * static_cast<float>(1 / taken);
+  for (NearLink& link : scratch.links) link.weight = link.weight * static_cast<float>(1 / taken);
+  NearLinks::merge(scratch.links);
+  VirtualTexel::Value from_virtual;
+  if (aids_ != nullptr) {
+    from_virtual = VirtualTexel(input_, aids_->lights)(
+        points, centre.frame,
+        std::max(kFewestVirtual, rays * settings_.virtual_rays / settings_.rays),
+        static_cast<std::uint32_t>(item_seed(seed, 0, 1)), scratch.served, by_group, counts);
+  }
+  value.irradiance = to_float(sum / taken + from_virtual.irradiance);
   const double difference = ((sum - first_half) / (taken - static_cast<double>(half)) -
                              first_half / std::max(1.0, static_cast<double>(half)))
-                                .sum() /
-                            3;
+                                    .sum() /
+                                3 +
+                            from_virtual.difference;
   value.variance = static_cast<float>(difference * difference / 4);
   value.distance = inverse_distance > 0 ? static_cast<float>(taken / inverse_distance)
                                         : std::numeric_limits<float>::infinity();

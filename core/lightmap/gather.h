@@ -3,8 +3,11 @@
 #include <span>
 #include <vector>
 
+#include "core/base/random.h"
 #include "core/lightmap/bake.h"
+#include "core/lightmap/near_links.h"
 #include "core/lightmap/texel_points.h"
+#include "core/lightmap/virtual_texel.h"
 
 namespace lightbatch::lightmap {
 
@@ -14,11 +17,18 @@ namespace lightbatch::lightmap {
 /// Directions are Owen-scrambled Sobol points; a third dimension deals the rays to the texel's
 /// points, so that every point sees the whole hemisphere, two more move them within their share.
 /// Light of the resolved lights is never read as an element's mean: lit elements use the light's
-/// formula at the hit, mixed ones a shadow ray. Where a hit is near against the element's size, the
-/// element is replaced by one more gather.
+/// formula at the hit, mixed ones a shadow ray, and what lies far enough leaves it to the virtual
+/// lights. Where a hit is near against the element's size, the texel there is linked, or, where
+/// there is none, the element is replaced by one more gather.
 class Gather {
  public:
-  Gather(const BakeInput& input, const GatherSettings& settings);
+  /// What texels take by other ways than by the light their own rays find.
+  struct Aids {
+    const NearTexels& near;
+    const radiosity::VirtualLights& lights;
+  };
+  /// All outlive it. aids: null for readers of single directions.
+  Gather(const BakeInput& input, const GatherSettings& settings, const Aids* aids = nullptr);
 
   struct Value {
     Rgb irradiance;
@@ -30,13 +40,20 @@ class Gather {
     std::uint64_t seed = 0;
     Vec2f direction;
   };
-  /// Where what is read goes by light group: weight is that of what is read in the texel's sum.
-  struct Split {
-    std::span<Rgb> by_group;
-    Rgb weight{1, 1, 1};
-    bool asked() const { return !by_group.empty(); }
+  /// The way of a ray so far, from the texel on.
+  struct Path {
+    Rgb weight{1, 1, 1};                     // of what is read, in the texel's sum
+    std::span<Rgb> by_group;                 // gets what is read, by light group; empty: not asked
+    std::vector<NearLink>* links = nullptr;  // get what texels near by bring; null: none
+    const optics::SurfaceFrame* receiver = nullptr;  // of the virtual lights; null: none
+
+    bool grouped() const { return !by_group.empty(); }
     void add(std::size_t group, const Rgb& light) const { by_group[group] += weight * light; }
-    Split times(const Rgb& factor) const { return {by_group, weight * factor}; }
+    Path times(const Rgb& factor) const { return {weight * factor, by_group, links, receiver}; }
+    /// After a reflection.
+    Path further(const Rgb& reflectance) const {
+      return {weight * reflectance, by_group, links, nullptr};
+    }
   };
   /// What comes down one ray from surfaces, as the first stage has them, and from the sky; what
   /// emitters send directly is not part of it.
@@ -45,25 +62,36 @@ class Gather {
     double inverse_distance = 0;  // 1/metres, summed over the surfaces met
     bool meets_back = false;      // the first of them shows an absorbing back
   };
-  Along along(const rays::Ray& ray, std::uint32_t exclude, const Numbers& numbers,
-              const Split& split, BakeCounts& counts) const;
+  Along along(const rays::Ray& ray, std::uint32_t exclude, const Numbers& numbers, const Path& path,
+              BakeCounts& counts) const;
 
+  struct Scratch {
+    std::vector<NearLink> links;  // of the texel, after a gather
+    radiosity::VirtualLights::Served served;
+  };
   /// seed must differ between texels; rays >= 1. by_group: gets the irradiance of each light group;
   /// empty: not asked.
   Value operator()(const TexelPoints& points, int rays, std::uint32_t seed, std::span<Rgb> by_group,
-                   BakeCounts& counts) const;
+                   Scratch& scratch, BakeCounts& counts) const;
 
  private:
   /// Radiosity seen at a hit, lm/m2.
   Rgb seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,
-           const Split& split, BakeCounts& counts) const;
-  Rgb read(radiosity::ElementId e, const rays::Hit& hit, const Split& split,
+           const Path& path, BakeCounts& counts) const;
+  Rgb read(radiosity::ElementId e, const rays::Hit& hit, bool served, const Path& path,
            BakeCounts& counts) const;
-  Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, const Numbers& numbers, int depth,
-                    const Split& split, BakeCounts& counts) const;
+  Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, bool served,
+                    const Numbers& numbers, int depth, const Path& path, BakeCounts& counts) const;
+  /// Irradiance from lights; served: without the resolved ones.
+  Rgb direct(radiosity::ElementId e, const radiosity::Receiver& at, bool served, Random& random,
+             const Path& path, BakeCounts& counts) const;
+  /// Virtual lights bring what the resolved lights bring to the hit.
+  bool is_served(const rays::Hit& hit, const Path& path) const;
 
   const BakeInput& input_;
   const GatherSettings& settings_;
+  const Aids* aids_;
+  std::vector<std::uint8_t> resolved_;  // per punctual light: its place among the resolved ones
   std::vector<float> near_;  // per element, metres: nearer hits are gathered one level deeper
 };
 

@@ -9,13 +9,16 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <span>
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/lightmap/bake.h"
+#include "core/lightmap/blocks.h"
 #include "core/lightmap/gather.h"
+#include "core/lightmap/near_links.h"
+#include "core/lightmap/ray_shares.h"
 #include "core/lightmap/smooth.h"
 #include "core/scene/scene.h"
 
@@ -23,11 +26,11 @@ namespace lightbatch::lightmap {
 namespace {
 
 constexpr std::size_t kGrain = 64;
-constexpr double kShareOfLight = 2 / 2.4;
-/// Limits of a texel's rays against the mean: the first stage may be wrong about a texel.
-constexpr float kFewestShare = 0.25f;
-constexpr float kMostShare = 8.0f;
 constexpr int kFewestRays = 16;
+/// Of the rays, for texels that a pilot's are linked to.
+constexpr double kShareOfLinked = 0.25;
+/// Texel edges from which on virtual lights serve: light varies little over the texel.
+constexpr double kNearestVirtual = 2;
 /// Standard errors that a block's middle may be off by for noise.
 constexpr float kDeviations = 1.5f;
 /// What noise does not excuse: more than so many tolerances and this share of a block's light.
@@ -35,31 +38,6 @@ constexpr double kLargeStep = 8;
 constexpr float kMostExcused = 0.5f;
 /// Corners whose normals differ more than this (cosine) do not share.
 constexpr float kSameSurface = 0.97f;
-
-/// Texel rectangle with computed corners, both ends included, in page coordinates.
-struct Block {
-  std::uint32_t chart = 0;
-  std::uint16_t page = 0;
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-};
-
-/// The blocks of a layout, chart by chart. Tiny and thin charts have none.
-template <typename Visit>
-void for_each_block(const atlas::Layout& layout, int step, Visit visit) {
-  if (step <= 1) return;
-  for (std::uint32_t c = 0; c < layout.charts.size(); ++c) {
-    const atlas::Chart& chart = layout.charts[c];
-    if (chart.tiny || chart.width < 3 || chart.height < 3) continue;
-    const int x_last = chart.x + chart.width - 1;
-    const int y_last = chart.y + chart.height - 1;
-    for (int y = chart.y; y < y_last; y += step) {
-      for (int x = chart.x; x < x_last; x += step) {
-        visit(Block{c, static_cast<std::uint16_t>(chart.page), x, y, std::min(x + step, x_last),
-                    std::min(y + step, y_last)});
-      }
-    }
-  }
-}
 
 class IndirectMap {
  public:
@@ -71,12 +49,18 @@ class IndirectMap {
         by_group_(by_group.is_empty() ? 0 : input.texels.texels.size(), by_group.groups()),
         counts_(counts),
         progress_(progress),
-        gather_(input, settings),
+        near_(input, settings.linked),
+        lights_(input.scene, input.elements, input.direct, input.solution,
+                {static_cast<std::size_t>(settings.virtual_lights),
+                 kNearestVirtual / input.layout.texels_per_metre, input.seed}),
+        aids_{near_, lights_},
+        gather_(input, settings, &aids_),
+        links_(input.texels.texels.size()),
         texel_(input.texels.texels.size()),
         state_(input.texels.texels.size(), kUnknown) {}
 
   std::vector<Rgb> run() {
-    share_rays();
+    share_ = ray_shares(input_, near_.first());
     std::vector<Block> blocks = first_blocks();
     if (!blocks.empty()) find_covered();
     // Tiny charts and single texels have no corners to share with.
@@ -94,8 +78,10 @@ class IndirectMap {
       want(t, rest);
     }
     if (!progress_.cancelled()) compute(rest);
+    if (input_.selected != nullptr && !progress_.cancelled()) compute_linked();
+    solve_links();
     smooth_gathered(input_.layout, input_.texels, settings_.reach, texel_, by_group_);
-    for (const Block& b : filled_) fill(b);
+    fill_all();
     std::vector<Rgb> irradiance(texel_.size());
     for (std::size_t t = 0; t < texel_.size(); ++t) irradiance[t] = texel_[t].irradiance;
     total_by_group_ += by_group_;
@@ -104,44 +90,6 @@ class IndirectMap {
 
  private:
   enum State : std::uint8_t { kUnknown, kRequested, kComputed, kShared };
-
-  /// Rays in proportion to what a texel brings into the error of the map: noise grows with the
-  /// indirect light that the first stage found there, and falls with the rays to the power 0.7; its
-  /// square counts by the texel's surface. The least sum of squares for a number of rays has rays
-  /// ~ (light^2 surface)^(1 / 2.4).
-  void share_rays() {
-    share_.assign(state_.size(), 1.0f);
-    const auto& indirect = input_.solution.indirect;
-    if (indirect.empty()) return;
-    parallel_for(state_.size(), 1024, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        const TexelPoints::Point p = central_point(input_.texels, input_.texels.texels[t]);
-        const atlas::SurfacePoint at = atlas::point_at(input_.layout, p.triangle, p.at);
-        const radiosity::ElementId e = input_.elements.at(at.triangle, at.u, at.v, p.back);
-        const double whole = 1 / (input_.layout.texels_per_metre * input_.layout.texels_per_metre);
-        const double part =
-            std::min(1.0, input_.texels.surface_of(input_.texels.texels[t]) / whole);
-        share_[t] = e == radiosity::kNoElement
-                        ? 0.0f
-                        : indirect[e].sum() * static_cast<float>(std::sqrt(part));
-      }
-    });
-    double mean = 0;
-    for (const float v : share_)
-      mean += static_cast<double>(v) / static_cast<double>(share_.size());
-    if (!(mean > 0)) {
-      share_.assign(state_.size(), 1.0f);
-      return;
-    }
-    double sum = 0;
-    for (float& v : share_) {
-      v = std::clamp(static_cast<float>(std::pow(static_cast<double>(v) / mean, kShareOfLight)),
-                     kFewestShare, kMostShare);
-      sum += static_cast<double>(v);
-    }
-    const auto scale = static_cast<float>(static_cast<double>(share_.size()) / sum);
-    for (float& v : share_) v *= scale;
-  }
 
   int rays_of(std::uint32_t t) const {
     return std::max(kFewestRays, static_cast<int>(share_[t] * static_cast<float>(settings_.rays)));
@@ -203,16 +151,31 @@ class IndirectMap {
     want(texel_at(b, (b.x0 + b.x1) / 2, (b.y0 + b.y1) / 2), wanted);
   }
 
-  void compute(const std::vector<std::uint32_t>& wanted) {
-    std::vector<BakeCounts> block((wanted.size() + kGrain - 1) / kGrain);
+  /// share: of their rays.
+  void compute(const std::vector<std::uint32_t>& wanted, double share = 1) {
+    struct Grain {
+      BakeCounts counts;
+      std::vector<NearLink> links;
+    };
+    std::vector<Grain> grains((wanted.size() + kGrain - 1) / kGrain);
+    std::vector<std::uint32_t> links(wanted.size());
     parallel_for(wanted.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       if (progress_.cancelled()) return;
+      Grain& grain = grains[begin / kGrain];
+      Gather::Scratch scratch;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t t = wanted[i];
         const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
+        const std::uint64_t before = grain.counts.rays.cast();
         const Gather::Value v =
-            gather_(points, rays_of(t), static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)),
-                    by_group_.of(t), block[begin / kGrain]);
+            gather_(points, std::max(kFewestRays, static_cast<int>(share * rays_of(t))),
+                    static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)), by_group_.of(t),
+                    scratch, grain.counts);
+        if (input_.selected != nullptr && (*input_.selected)[t] == 0) {
+          grain.counts.border_rays += grain.counts.rays.cast() - before;
+        }
+        links[i] = static_cast<std::uint32_t>(scratch.links.size());
+        grain.links.insert(grain.links.end(), scratch.links.begin(), scratch.links.end());
         texel_[t].irradiance = v.irradiance;
         texel_[t].variance = v.variance;
         texel_[t].normal =
@@ -222,14 +185,36 @@ class IndirectMap {
         state_[t] = kComputed;
       }
     });
-    for (const BakeCounts& c : block) counts_ += c;
-    counts_.computed_texels += wanted.size();
-    for (const std::uint32_t t : wanted) {
-      if (input_.selected != nullptr && (*input_.selected)[t] == 0) ++counts_.border_texels;
+    for (std::size_t g = 0; g < grains.size(); ++g) {
+      counts_ += grains[g].counts;
+      const std::size_t begin = g * kGrain, count = std::min(kGrain, wanted.size() - begin);
+      links_.add(std::span(wanted).subspan(begin, count), std::span(links).subspan(begin, count),
+                 grains[g].links);
     }
+    counts_.computed_texels += wanted.size();
     computed_so_far_ += wanted.size();
     progress_.report("gather", static_cast<double>(computed_so_far_) /
                                    static_cast<double>(std::max<std::size_t>(1, state_.size())));
+  }
+
+  /// Texels that selected ones are linked to, by fewer rays: many share in a link's light.
+  void compute_linked() {
+    std::vector<std::uint32_t> linked;
+    for (const NearLink& link : links_.links()) want(link.texel, linked);
+    std::sort(linked.begin(), linked.end());
+    compute(linked, kShareOfLinked);
+  }
+
+  void solve_links() {
+    std::vector<std::uint8_t> known(state_.size());
+    for (std::size_t t = 0; t < known.size(); ++t) {
+      known[t] = state_[t] == kComputed || state_[t] == kShared ? 1 : 0;
+    }
+    links_.solve(near_.first(), known, texel_, by_group_, [&] { fill_all(); });
+  }
+
+  void fill_all() {
+    for (const Block& b : filled_) fill(b);
   }
 
   /// Fills the block from its corners, or cuts it in (up to) four.
@@ -331,7 +316,11 @@ class IndirectMap {
   radiosity::GroupedLight by_group_;  // the hemisphere's
   BakeCounts& counts_;
   const Progress& progress_;
+  NearTexels near_;
+  radiosity::VirtualLights lights_;
+  Gather::Aids aids_;
   Gather gather_;
+  NearLinks links_;
   std::vector<GatheredTexel> texel_;
   std::vector<Block> filled_;  // shared, coarse ones first
   std::vector<std::uint8_t> state_;
@@ -341,59 +330,11 @@ class IndirectMap {
 
 }  // namespace
 
-std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas::TexelMap& map,
-                                        int block, std::uint32_t divisor) {
-  enum : std::uint8_t { kFree, kPassedOver, kSelected };
-  std::vector<std::uint8_t> mark(map.texels.size(), kFree);
-  std::uint32_t block_number = 0;
-  for_each_block(layout, block, [&](const Block& b) {
-    // Every divisor-th block, one at random of each run.
-    const std::uint32_t run = block_number / divisor;
-    const std::uint8_t chosen =
-        item_seed(0xb10c, run) % divisor == block_number % divisor ? kSelected : kPassedOver;
-    ++block_number;
-    const int width = layout.pages[b.page].width;
-    for (int y = b.y0; y <= b.y1; ++y) {
-      for (int x = b.x0; x <= b.x1; ++x) {
-        const std::uint32_t t = map.index[b.page][static_cast<std::size_t>(y * width + x)];
-        if (t != scene::kNone && map.texels[t].chart == b.chart && mark[t] == kFree) {
-          mark[t] = chosen;
-        }
-      }
-    }
-  });
-  for (std::uint32_t t = 0; t < mark.size(); ++t) {
-    if (mark[t] == kFree) mark[t] = item_seed(0x7e6e1, t) % divisor == 0 ? kSelected : kPassedOver;
-    mark[t] = mark[t] == kSelected ? 1 : 0;
-  }
-  return mark;
-}
-
 std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
                                radiosity::GroupedLight& by_group, BakeCounts& counts,
                                const Progress& progress) {
   if (!input.indirect) return std::vector<Rgb>(input.texels.texels.size());
   return IndirectMap(input, settings, by_group, counts, progress).run();
-}
-
-Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& settings,
-                                const Progress& progress) {
-  BakedTexels baked;
-  baked.counts.texels = input.texels.texels.size();
-  progress.report("direct", 0);
-  const auto began = std::chrono::steady_clock::now();
-  baked.by_group =
-      radiosity::GroupedLight(input.groups > 0 ? input.texels.texels.size() : 0, input.groups);
-  baked.direct = bake_direct(input, settings, baked.by_group, baked.counts, progress);
-  baked.direct_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  baked.direct_rays = baked.counts.rays.cast();
-  if (progress.cancelled()) return cancelled();
-  progress.report("gather", 0);
-  baked.irradiance = bake_indirect(input, settings, baked.by_group, baked.counts, progress);
-  if (progress.cancelled()) return cancelled();
-  for (std::size_t t = 0; t < baked.direct.size(); ++t) baked.irradiance[t] += baked.direct[t];
-  return baked;
 }
 
 }  // namespace lightbatch::lightmap

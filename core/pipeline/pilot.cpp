@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/pipeline/certify_stage.h"
 
@@ -34,8 +35,12 @@ constexpr double kShareOfPaths = 0.25;
 constexpr double kMostExcess = 2;
 /// A first stage serves rungs down to this part of its own.
 constexpr double kCoarseEnough = 1.4;
-/// Rungs of the two runs of a pilot.
+/// Rungs of the two runs of a pilot, the earlier one's over the later's; an earlier pilot's run at
+/// rungs within the limits serves as the earlier one.
 constexpr double kApart = 2.0;
+constexpr double kLeastApart = 0.5, kMostApart = 4.0;
+/// Of the target: where indirect light is first read. Most scenes are smooth.
+constexpr double kFirstLook = 1.6;
 
 /// Light of the selected texels by parts.
 struct Parts {
@@ -85,10 +90,22 @@ double mean_of(const Parts& parts, const std::vector<double>& areas) {
 
 bool near(double a, double b) { return a < kNear * b && b < kNear * a; }
 
-}  // namespace
+/// One run over the selected texels.
+struct Run {
+  Rungs at;
+  Parts parts;
+  bool is_there = false;
 
+  bool serves(const Rungs& later) const {
+    const auto within = [](double apart) { return apart >= kLeastApart && apart <= kMostApart; };
+    return is_there && within(at.direct / later.direct) && within(at.indirect / later.indirect);
+  }
+};
+
+/// last: the run before, in; the last one, out. number: of the runs so far.
 Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
-                        const Rungs& at, const Progress& progress) {
+                        const Rungs& at, Run& last, std::uint64_t& number,
+                        const Progress& progress) {
   Pilot pilot;
   const auto measure = measure_for_settings(p, places);
   const auto texels = static_cast<double>(places.texels.texels.size());
@@ -100,46 +117,49 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
   if (areas.empty()) return pilot;
   const double whole = texels / static_cast<double>(areas.size());
 
-  const Rungs coarse{at.target, kApart * at.direct, kApart * at.indirect};
-  JobOptions other = options;
-  other.seed = options.seed + 1;
   StageClock own;
-  LB_ASSIGN_OR_RETURN(
-      const LightBake rough,
-      bake_light(other, p, places, accuracy::settings_for(coarse, measure, other.seed), own,
-                 progress, {&selected, false, nullptr}));
-  LB_ASSIGN_OR_RETURN(
-      const LightBake fine,
-      bake_light(options, p, places, accuracy::settings_for(at, measure, options.seed), own,
-                 progress, {&selected, true, nullptr}));
+  const auto run = [&](const Rungs& rungs, bool keep_first) {
+    JobOptions other = options;
+    other.seed = options.seed + number++;
+    return bake_light(other, p, places, accuracy::settings_for(rungs, measure, other.seed), own,
+                      progress, {&selected, keep_first, nullptr});
+  };
+  if (!last.serves(at)) {
+    last.at = {at.target, kApart * at.direct, kApart * at.indirect};
+    LB_ASSIGN_OR_RETURN(const LightBake rough, run(last.at, false));
+    last.parts = parts_of(rough, selected);
+  }
+  LB_ASSIGN_OR_RETURN(const LightBake fine, run(at, true));
   pilot.first = fine.first;
-  const Parts a = parts_of(rough, selected), b = parts_of(fine, selected);
+  const Run rough = std::exchange(last, {at, parts_of(fine, selected), true});
+  const Parts &a = rough.parts, &b = last.parts;
   const double mean = mean_of(b, areas);
   const double direct_rays = static_cast<double>(fine.baked.direct_rays) * whole;
-  // Corners of the pilot's blocks belong to blocks beside it too: all of them share, the pilot
-  // cannot.
+  // Corners of the pilot's blocks belong to blocks beside it too, and texels that its own are
+  // linked to are linked to others: all of them share, the pilot cannot.
   const auto& counts = fine.baked.counts;
-  const double shared = counts.computed_texels > 0
-                            ? static_cast<double>(counts.computed_texels - counts.border_texels) /
-                                  static_cast<double>(counts.computed_texels)
-                            : 1.0;
-  const double gather_rays =
-      static_cast<double>(counts.rays.cast() - fine.baked.direct_rays) * whole * shared;
+  const auto gathered = static_cast<double>(counts.rays.cast() - fine.baked.direct_rays);
+  const double shared =
+      gathered > 0 ? (gathered - static_cast<double>(counts.border_rays)) / gathered : 1.0;
+  const double gather_rays = gathered * whole * shared;
   const double solve_rays = static_cast<double>(fine.radiosity.rays.cast());
   // The difference has the error of both runs.
-  const auto relative = [&](double d, const accuracy::Growth& growth) {
-    return mean > 0 ? d / std::hypot(1, std::pow(kApart, growth.error)) / mean : 0.0;
+  const auto relative = [&](double d, double apart, const accuracy::Growth& growth) {
+    return mean > 0 ? d / std::hypot(1, std::pow(apart, growth.error)) / mean : 0.0;
   };
   pilot.direct = {at.direct,
-                  relative(difference(a.direct, b.direct, areas), accuracy::kDirectGrowth),
+                  relative(difference(a.direct, b.direct, areas), rough.at.direct / at.direct,
+                           accuracy::kDirectGrowth),
                   direct_rays, accuracy::kDirectGrowth};
   pilot.indirect = {at.indirect,
-                    relative(difference(a.indirect, b.indirect, areas), accuracy::kIndirectGrowth),
+                    relative(difference(a.indirect, b.indirect, areas),
+                             rough.at.indirect / at.indirect, accuracy::kIndirectGrowth),
                     gather_rays + solve_rays, accuracy::kIndirectGrowth};
-  // Stages: radiosity and gather of the rough run, then of the fine one.
-  pilot.solve_seconds = own.stages()[2].seconds;
+  // Stages: the last two are radiosity and gather of the fine run.
+  const auto& stages = own.stages();
+  pilot.solve_seconds = stages[stages.size() - 2].seconds;
   pilot.direct_seconds = fine.baked.direct_seconds * whole;
-  pilot.gather_seconds = (own.stages()[3].seconds - fine.baked.direct_seconds) * whole * shared;
+  pilot.gather_seconds = (stages.back().seconds - fine.baked.direct_seconds) * whole * shared;
   const double rays = pilot.direct.cost + pilot.indirect.cost;
   LB_ASSIGN_OR_RETURN(const PilotTruth truth,
                       judge_pilot(options, p, places, fine, selected,
@@ -160,6 +180,8 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
   return pilot;
 }
 
+}  // namespace
+
 Rungs rungs_for(const Pilot& pilot, double target) {
   Rungs rungs = accuracy::choose_rungs(target, kAim * target, pilot.direct, pilot.indirect);
   rungs.direct = std::clamp(rungs.direct, kMostCare * target, target);
@@ -171,11 +193,13 @@ Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapP
                    double target, const Progress& progress) {
   progress.report("pilot", 0);
   Tuned tuned;
-  tuned.rungs = {target, target, target};
+  tuned.rungs = {target, target, std::min(kFirstLook * target, accuracy::kCoarsestRung)};
   Rungs at = tuned.rungs;
+  Run last;
+  std::uint64_t number = 0;
   for (int round = 0; round < 2; ++round) {
     at = tuned.rungs;
-    LB_ASSIGN_OR_RETURN(tuned.pilot, run_pilot(options, p, places, at, progress));
+    LB_ASSIGN_OR_RETURN(tuned.pilot, run_pilot(options, p, places, at, last, number, progress));
     tuned.seconds += tuned.pilot.own_seconds;
     tuned.rungs = rungs_for(tuned.pilot, target);
     if (near(at.direct, tuned.rungs.direct) && near(at.indirect, tuned.rungs.indirect)) break;

@@ -17,17 +17,13 @@ struct Pilot {
   std::shared_ptr<const FirstStage> first;  // at the pilot's rungs
 };
 
-/// Light of a fixed small share of the texels at `at` and once more at twice its errors, from other
-/// random numbers. Their difference tells the error of both, path tracing what is wrong in both.
-/// Apart from the seconds, the same on every run. CANCELLED.
-Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
-                        const accuracy::Rungs& at, const Progress& progress);
-
 /// The cheapest rungs that meet a target, with room for what a pilot does not see.
 accuracy::Rungs rungs_for(const Pilot& pilot, double target);
 
-/// Pilot and choice for one target: a first pilot at the target's own rungs and, where the choice
-/// falls far from them, a second one there.
+/// Pilot and choice for one target: light of a fixed small share of the texels is baked twice, from
+/// other random numbers, the second time at the target's own rungs or near them; where the choice
+/// falls far from these, a third time there. The runs' difference tells the error of both, path
+/// tracing what is wrong in both. Apart from the seconds, the same on every run. CANCELLED.
 struct Tuned {
   accuracy::Rungs rungs;
   Pilot pilot;

@@ -163,6 +163,10 @@ class DirectLight {
   /// Share of light i that reaches the point: one shadow ray (transmittance of sheets included).
   Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
 
+  /// Share of a point on another triangle that reaches the receiver: one ray.
+  Rgb point_visibility(const Receiver& at, const Vec3f& point, std::uint32_t triangle,
+                       RayCounts& counts) const;
+
  private:
   /// Share of a point of an emitter that reaches the receiver: one shadow ray.
   Rgb emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,

@@ -23,11 +23,12 @@ class ElementLookup {
   /// neighbour is in sight, and what a ray sees of it has to be found by a ray more.
   bool is_split(ElementId e) const { return split_[e] != 0; }
   std::uint64_t split_cells() const { return split_count_; }
+  /// Nothing stands between two points of one plane.
+  bool sees(const ElementPoint& from, const ElementPoint& to, bool back) const;
 
  private:
   /// Something lies closer above the point than sight lines run.
   bool is_covered(const ElementPoint& at, bool back) const;
-  bool sees(const ElementPoint& from, const ElementPoint& to, bool back) const;
 
   const scene::Scene* scene_;
   const rays::Caster* caster_;

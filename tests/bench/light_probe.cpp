@@ -139,6 +139,11 @@ int main(int argc, char** argv) {
   settings.gather.deeper = number("--deeper", settings.gather.deeper);
   settings.gather.pilot_rays = static_cast<int>(number("--pilot-rays", settings.gather.pilot_rays));
   settings.gather.direct_error = number("--direct-error", settings.gather.direct_error);
+  settings.gather.linked = number("--linked", settings.gather.linked);
+  settings.gather.virtual_lights =
+      static_cast<int>(number("--virtual-lights", settings.gather.virtual_lights));
+  settings.gather.virtual_rays =
+      static_cast<int>(number("--virtual-rays", settings.gather.virtual_rays));
   std::vector<std::uint8_t> selected;
   if (option.contains("--only")) {
     selected.resize(places->texels.texels.size());

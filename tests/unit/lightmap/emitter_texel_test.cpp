@@ -87,9 +87,9 @@ struct Rooms {
   }
 };
 
-// relRMSE of direct light over every 61st texel; the noise of the truth is 1 % of a texel and 0.4 % of
-// the mean.
-// Errors are asked for at the edges of shadows alone, so that the whole stays well below them.
+// relRMSE of direct light over every 61st texel; the noise of the truth is 1 % of a texel and 0.4 %
+// of the mean. Errors are asked for at the edges of shadows alone, so that the whole stays well
+// below them.
 TEST(EmitterTexel, LampsOfOtherRoomsBringNeitherErrorNorNoise) {
   for (const bool points : {false, true}) {
     const Rooms rooms(points);

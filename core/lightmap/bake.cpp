@@ -1,0 +1,59 @@
+#include "core/lightmap/bake.h"
+
+#include <chrono>
+
+#include "core/base/random.h"
+#include "core/lightmap/blocks.h"
+#include "core/scene/scene.h"
+
+namespace lightbatch::lightmap {
+
+std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas::TexelMap& map,
+                                        int block, std::uint32_t divisor) {
+  enum : std::uint8_t { kFree, kPassedOver, kSelected };
+  std::vector<std::uint8_t> mark(map.texels.size(), kFree);
+  std::uint32_t block_number = 0;
+  for_each_block(layout, block, [&](const Block& b) {
+    // Every divisor-th block, one at random of each run.
+    const std::uint32_t run = block_number / divisor;
+    const std::uint8_t chosen =
+        item_seed(0xb10c, run) % divisor == block_number % divisor ? kSelected : kPassedOver;
+    ++block_number;
+    const int width = layout.pages[b.page].width;
+    for (int y = b.y0; y <= b.y1; ++y) {
+      for (int x = b.x0; x <= b.x1; ++x) {
+        const std::uint32_t t = map.index[b.page][static_cast<std::size_t>(y * width + x)];
+        if (t != scene::kNone && map.texels[t].chart == b.chart && mark[t] == kFree) {
+          mark[t] = chosen;
+        }
+      }
+    }
+  });
+  for (std::uint32_t t = 0; t < mark.size(); ++t) {
+    if (mark[t] == kFree) mark[t] = item_seed(0x7e6e1, t) % divisor == 0 ? kSelected : kPassedOver;
+    mark[t] = mark[t] == kSelected ? 1 : 0;
+  }
+  return mark;
+}
+
+Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& settings,
+                                const Progress& progress) {
+  BakedTexels baked;
+  baked.counts.texels = input.texels.texels.size();
+  progress.report("direct", 0);
+  const auto began = std::chrono::steady_clock::now();
+  baked.by_group =
+      radiosity::GroupedLight(input.groups > 0 ? input.texels.texels.size() : 0, input.groups);
+  baked.direct = bake_direct(input, settings, baked.by_group, baked.counts, progress);
+  baked.direct_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  baked.direct_rays = baked.counts.rays.cast();
+  if (progress.cancelled()) return cancelled();
+  progress.report("gather", 0);
+  baked.irradiance = bake_indirect(input, settings, baked.by_group, baked.counts, progress);
+  if (progress.cancelled()) return cancelled();
+  for (std::size_t t = 0; t < baked.direct.size(); ++t) baked.irradiance[t] += baked.direct[t];
+  return baked;
+}
+
+}  // namespace lightbatch::lightmap

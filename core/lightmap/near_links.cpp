@@ -1,0 +1,148 @@
+// Light between texels that stand close to each other, as in corners and between furniture: every
+// ray that lands near is a link to the texel there, and all texels are solved together. It is the
+// stored-ray mode of the first stage (Keller 1996, Quasi-Monte Carlo Radiosity, with the hits kept)
+// at the texels' own size: a texel there has the rays of all its neighbours behind it, where a
+// further gather would follow one.
+
+#include "core/lightmap/near_links.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/lightmap/texel_points.h"
+
+namespace lightbatch::lightmap {
+namespace {
+
+/// Cosine between the normals of points on one plane.
+constexpr float kOnePlane = 0.999f;
+
+}  // namespace
+
+NearTexels::NearTexels(const BakeInput& input, double nearest)
+    : input_(input),
+      nearest_(static_cast<float>(nearest)),
+      whole_(input.texels.texels.size()),
+      size_(input.texels.texels.size()),
+      first_(size_.size()) {
+  const auto& indirect = input.solution.indirect;
+  if (indirect.empty()) return;
+  parallel_for(first_.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      size_[t] = static_cast<float>(std::sqrt(input.texels.surface_of(input.texels.texels[t])));
+      const TexelPoints::Point p = central_point(input.texels, input.texels.texels[t]);
+      const atlas::SurfacePoint at = atlas::point_at(input.layout, p.triangle, p.at);
+      const radiosity::ElementId e = input.elements.at(at.triangle, at.u, at.v, p.back);
+      if (e != radiosity::kNoElement) first_[t] = indirect[e];
+    }
+  });
+}
+
+std::uint32_t NearTexels::at(const rays::Hit& hit, float distance, float size) const {
+  const std::uint32_t chart = input_.layout.chart_of[hit.triangle];
+  if (chart == scene::kNone || hit.back != input_.texels.is_back(chart)) return scene::kNone;
+  const auto& uv = input_.layout.uv[hit.triangle];
+  const Vec2f at = uv[0] * (1 - hit.u - hit.v) + uv[1] * hit.u + uv[2] * hit.v;
+  const auto page = input_.layout.charts[chart].page;
+  const int width = input_.layout.pages[page].width, height = input_.layout.pages[page].height;
+  const int x = std::clamp(static_cast<int>(at.x), 0, width - 1);
+  const int y = std::clamp(static_cast<int>(at.y), 0, height - 1);
+  const std::uint32_t t = input_.texels.index[page][static_cast<std::size_t>(y * width + x)];
+  const bool usable = t != scene::kNone && input_.texels.texels[t].chart == chart &&
+                      size_[t] < size && distance >= nearest_ * size_[t];
+  if (!usable) return scene::kNone;
+  std::uint8_t whole = whole_[t].load(std::memory_order_relaxed);
+  if (whole == kNotAsked) {
+    whole = is_whole(t) ? kYes : kNo;
+    whole_[t].store(whole, std::memory_order_relaxed);
+  }
+  return whole == kYes ? t : scene::kNone;
+}
+
+bool NearTexels::is_whole(std::uint32_t texel) const {
+  const TexelPoints points = texel_points(input_.texels, input_.texels.texels[texel]);
+  const radiosity::Receiver from = receiver_at(input_.scene, input_.layout, points.point[0], 0);
+  const auto place = [&](std::uint32_t i) {
+    const auto& p = points.point[i];
+    const atlas::SurfacePoint at = atlas::point_at(input_.layout, p.triangle, p.at);
+    return radiosity::ElementPoint{at.triangle, at.u, at.v};
+  };
+  for (std::uint32_t i = 1; i < points.count; ++i) {
+    const auto to = receiver_at(input_.scene, input_.layout, points.point[i], 0);
+    // On a curved surface, what lies between is the surface itself.
+    if (dot(from.frame.normal, to.frame.normal) < kOnePlane) continue;
+    if (!input_.lookup.sees(place(0), place(i), points.point[0].back)) return false;
+  }
+  return true;
+}
+
+void NearLinks::merge(std::vector<NearLink>& links) {
+  std::sort(links.begin(), links.end(),
+            [](const NearLink& a, const NearLink& b) { return a.texel < b.texel; });
+  std::size_t count = 0;
+  for (const NearLink& link : links) {
+    if (count > 0 && links[count - 1].texel == link.texel) {
+      links[count - 1].weight += link.weight;
+    } else {
+      links[count++] = link;
+    }
+  }
+  links.resize(count);
+}
+
+void NearLinks::add(std::span<const std::uint32_t> texels, std::span<const std::uint32_t> counts,
+                    std::span<const NearLink> links) {
+  for (std::size_t i = 0, begin = links_.size(); i < texels.size(); begin += counts[i++]) {
+    row_[texels[i]] = {begin, counts[i]};
+  }
+  links_.insert(links_.end(), links.begin(), links.end());
+}
+
+double NearLinks::iterate(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
+                          const std::vector<GatheredTexel>& start,
+                          const radiosity::GroupedLight& start_by_group,
+                          std::vector<GatheredTexel>& texels,
+                          radiosity::GroupedLight& by_group) const {
+  std::vector<Rgb> next(texels.size());
+  radiosity::GroupedLight next_by_group = start_by_group;
+  struct Change {
+    double of = 0, all = 0;
+  };
+  const Change change = deterministic_reduce(
+      row_.size(), 1024, Change{},
+      [&](std::size_t begin, std::size_t end) {
+        Change sum;
+        for (std::size_t t = begin; t < end; ++t) {
+          const Row& row = row_[t];
+          if (row.count == 0) continue;
+          Rgbd light = to_double(start[t].irradiance);
+          for (const NearLink& link : std::span(links_).subspan(row.begin, row.count)) {
+            if (known[link.texel] == 0) continue;
+            light += to_double(link.weight * (texels[link.texel].irradiance - first[link.texel]));
+            for (std::size_t g = 0; g < by_group.groups(); ++g) {
+              next_by_group.of(t)[g] += link.weight * by_group.of(link.texel)[g];
+            }
+          }
+          // Rounding may leave less than nothing of what stood for the link.
+          const auto positive = [](double v) { return static_cast<float>(std::max(0.0, v)); };
+          next[t] = {positive(light.r), positive(light.g), positive(light.b)};
+          sum.of += std::fabs(static_cast<double>((next[t] - texels[t].irradiance).sum()));
+          sum.all += static_cast<double>(next[t].sum());
+        }
+        return sum;
+      },
+      [](const Change& a, const Change& b) {
+        return Change{a.of + b.of, a.all + b.all};
+      });
+  for (std::size_t t = 0; t < row_.size(); ++t) {
+    if (row_[t].count == 0) continue;
+    texels[t].irradiance = next[t];
+    for (std::size_t g = 0; g < by_group.groups(); ++g) {
+      by_group.of(t)[g] = next_by_group.of(t)[g];
+    }
+  }
+  return change.all > 0 ? change.of / change.all : 0;
+}
+
+}  // namespace lightbatch::lightmap

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/lightmap/bake.h"
+#include "core/lightmap/smooth.h"
+
+namespace lightbatch::lightmap {
+
+/// What a texel's irradiance from the hemisphere takes of another texel's.
+struct NearLink {
+  std::uint32_t texel = 0;
+  Rgb weight;
+};
+
+/// The texels that rays land on near by, where elements are too coarse to be read. Until their
+/// light is known, the first stage stands for it. Thread-safe.
+class NearTexels {
+ public:
+  /// nearest: of a texel's size; what is hit nearer than that differs within a texel.
+  NearTexels(const BakeInput& input, double nearest);
+
+  /// The texel that holds the light of the side that was hit; kNone where there is none, where it
+  /// is too near or no finer than the element, of `size` metres, or where it lies on both sides of
+  /// something that stands on it, half in another room.
+  std::uint32_t at(const rays::Hit& hit, float distance, float size) const;
+  /// Indirect irradiance of a texel as the first stage has it, lux.
+  const std::vector<Rgb>& first() const { return first_; }
+
+ private:
+  bool is_whole(std::uint32_t texel) const;
+
+  const BakeInput& input_;
+  float nearest_ = 0;
+  /// What is_whole found, so that only texels that are hit are looked at: always the same,
+  /// whichever thread is first.
+  enum Whole : std::uint8_t { kNotAsked, kYes, kNo };
+  mutable std::vector<std::atomic<std::uint8_t>> whole_;
+  std::vector<float> size_;  // of the texels' surface, metres
+  std::vector<Rgb> first_;
+};
+
+/// Links of all gathered texels, and the light that they carry.
+class NearLinks {
+ public:
+  explicit NearLinks(std::size_t texels) : row_(texels) {}
+
+  /// Sorted, one link to a texel.
+  static void merge(std::vector<NearLink>& links);
+
+  /// Links of texels in turn: counts[i] of texels[i], one after another in `links`.
+  void add(std::span<const std::uint32_t> texels, std::span<const std::uint32_t> counts,
+           std::span<const NearLink> links);
+
+  const std::vector<NearLink>& links() const { return links_; }
+
+  /// Puts the light of the linked texels in the place of what the first stage had of it, for all
+  /// of them at once, by iteration (Jacobi). known: texels whose light is there. fill(): brings
+  /// what is shared between gathered texels up to date. by_group gets the linked light; of what
+  /// the first stage had it holds nothing.
+  template <typename Fill>
+  void solve(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
+             std::vector<GatheredTexel>& texels, radiosity::GroupedLight& by_group,
+             Fill fill) const {
+    if (links_.empty()) return;
+    const std::vector<GatheredTexel> start = texels;
+    const radiosity::GroupedLight start_by_group = by_group;
+    for (int i = 0; i < kMostIterations; ++i) {
+      const double change = iterate(first, known, start, start_by_group, texels, by_group);
+      fill();
+      if (change < kTolerance) break;
+    }
+  }
+
+ private:
+  static constexpr int kMostIterations = 50;
+  /// Mean change of an iteration over the mean light.
+  static constexpr double kTolerance = 1e-4;
+
+  double iterate(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
+                 const std::vector<GatheredTexel>& start,
+                 const radiosity::GroupedLight& start_by_group, std::vector<GatheredTexel>& texels,
+                 radiosity::GroupedLight& by_group) const;
+
+  struct Row {
+    std::uint64_t begin = 0;
+    std::uint32_t count = 0;
+  };
+  std::vector<Row> row_;
+  std::vector<NearLink> links_;
+};
+
+}  // namespace lightbatch::lightmap

@@ -1,0 +1,97 @@
+#include "core/lightmap/near_links.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/accuracy/path_tracer.h"
+#include "tests/unit/lightmap/lit_scene.h"
+
+namespace lightbatch::lightmap {
+namespace {
+
+TEST(NearLinks, LinksToOneTexelBecomeOne) {
+  std::vector<NearLink> links{{7, Rgb::grey(0.25f)}, {2, Rgb::grey(0.5f)}, {7, Rgb::grey(0.5f)}};
+  NearLinks::merge(links);
+  ASSERT_EQ(links.size(), 2u);
+  EXPECT_EQ(links[0].texel, 2u);
+  EXPECT_EQ(links[1].texel, 7u);
+  EXPECT_EQ(links[1].weight.g, 0.75f);
+}
+
+// Texels 0 and 1 see each other, 1 also sees 2, whose light nobody knows: for that one the first
+// stage has to do. E0 = 10 + E1 / 2; E1 = 4 + E0 / 4 + 20 / 4.
+TEST(NearLinks, TexelsAreSolvedTogether) {
+  const std::vector<Rgb> first{Rgb::grey(8), Rgb::grey(12), Rgb::grey(20)};
+  NearLinks links(3);
+  const std::uint32_t rows[] = {0, 1}, counts[] = {1, 2};
+  const NearLink both[] = {{1, Rgb::grey(0.5f)}, {0, Rgb::grey(0.25f)}, {2, Rgb::grey(0.25f)}};
+  links.add(rows, counts, both);
+  std::vector<GatheredTexel> texels(3);
+  texels[0].irradiance = Rgb::grey(10 + 12 * 0.5f);
+  texels[1].irradiance = Rgb::grey(4 + 8 * 0.25f + 20 * 0.25f);
+  radiosity::GroupedLight by_group(3, 2);
+  by_group.of(0)[0] = Rgb::grey(10);
+  by_group.of(1)[1] = Rgb::grey(4);
+  int fills = 0;
+  links.solve(first, {1, 1, 0}, texels, by_group, [&] { ++fills; });
+  EXPECT_GT(fills, 1);
+  const double e1 = (9 + 2.5) / (1 - 0.125), e0 = 10 + e1 / 2;
+  // Iteration stops at changes of 1e-4, of which 1/8 is still to come.
+  EXPECT_NEAR(static_cast<double>(texels[0].irradiance.g), e0, 1e-3 * e0);
+  EXPECT_NEAR(static_cast<double>(texels[1].irradiance.g), e1, 1e-3 * e1);
+  // By group: what texel 0 has of its own, through 1 and back; texel 2 brings nothing.
+  EXPECT_NEAR(static_cast<double>(by_group.of(0)[0].g), 10 / (1 - 0.125), 0.02);
+  EXPECT_NEAR(static_cast<double>(by_group.of(0)[1].g), 2 / (1 - 0.125), 0.01);
+}
+
+/// A white shelf of two boards, 12 cm apart, under a sky; cells of 50 cm see nothing of that.
+struct Shelf {
+  LitScene lit;
+  Shelf() {
+    auto& kit = lit.kit;
+    const std::uint32_t white = kit.material(Rgb::grey(0.8f));
+    kit.box({0, 0, 0}, {2, 0.04f, 0.6f}, white, false);
+    kit.box({0, 0.16f, 0}, {2, 0.2f, 0.6f}, white, false);
+    lit.sky = optics::Environment(Rgb::grey(100));
+    lit.edge = 0.5;
+    lit.chart(20);
+    lit.solve();
+  }
+};
+
+TEST(NearLinks, BetweenBoardsAsPathTracing) {
+  const Shelf shelf;
+  GatherSettings settings;
+  settings.rays = 256;
+  settings.block = 1;
+  radiosity::GroupedLight none;
+  BakeCounts linked, walked;
+  const auto with = bake_indirect(shelf.lit.input(), settings, none, linked, Progress{});
+  settings.linked = 1e9;
+  const auto without = bake_indirect(shelf.lit.input(), settings, none, walked, Progress{});
+  EXPECT_GT(linked.near_links, linked.deeper_gathers / 2);
+  EXPECT_EQ(walked.near_links, 0u);
+  EXPECT_LT(linked.rays.cast(), walked.rays.cast());
+  const accuracy::PathTracer tracer(shelf.lit.kit.caster(), shelf.lit.kit.optics(), shelf.lit.sky);
+  double truth = 0, mean = 0, squares = 0, walked_squares = 0;
+  for (std::uint32_t t = 0; t < with.size(); t += 29) {
+    const TexelPoints grid = texel_points(shelf.lit.texels, shelf.lit.texels.texels[t]);
+    std::vector<accuracy::SurfacePoint> points;
+    for (std::uint32_t i = 0; i < grid.count; ++i) {
+      const auto at = atlas::point_at(shelf.lit.layout, grid.point[i].triangle, grid.point[i].at);
+      points.push_back({at.triangle, at.u, at.v, false});
+    }
+    const double want = tracer.irradiance(points, 8192, t).irradiance.g;
+    const double got = static_cast<double>(with[t].g);
+    truth += want;
+    mean += got;
+    squares += (got - want) * (got - want);
+    walked_squares += std::pow(static_cast<double>(without[t].g) - want, 2);
+  }
+  EXPECT_NEAR(mean / truth, 1, 0.01);
+  EXPECT_LT(squares, 1.2 * walked_squares);
+}
+
+}  // namespace
+}  // namespace lightbatch::lightmap

@@ -1,0 +1,133 @@
+#include "core/lightmap/virtual_texel.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/accuracy/path_tracer.h"
+#include "tests/unit/lightmap/lit_scene.h"
+
+namespace lightbatch::lightmap {
+namespace {
+
+/// A closed room of 4 x 3 x 4 m, a board in it, and a narrow spot light that makes one bright patch
+/// on the floor: next to all light comes from there.
+struct PatchOfLight {
+  LitScene lit;
+  explicit PatchOfLight(double cone = 0.15, const Rgb& walls = {0.7f, 0.6f, 0.5f}) {
+    auto& kit = lit.kit;
+    kit.box({0, 0, 0}, {4, 3, 4}, kit.material(walls));
+    kit.box({2.2f, 0.8f, 1}, {3.4f, 0.9f, 2.6f}, kit.material(Rgb::grey(0.5f)), false);
+    scene::Light light;
+    light.kind = scene::LightKind::kSpot;
+    light.position = {1, 2.9, 1};
+    light.direction = {0, -1, 0};
+    light.intensity = Rgb::grey(1000);
+    light.cos_inner = light.cos_outer = std::cos(cone);
+    kit.scene().lights.push_back(light);
+    lit.rays = 1024;
+    lit.chart(4);
+    lit.solve();
+  }
+  radiosity::VirtualLights lights(const radiosity::VirtualLightOptions& options) const {
+    const BakeInput input = lit.input();
+    return {input.scene, input.elements, input.direct, input.solution, options};
+  }
+};
+
+TEST(VirtualLights, SendOnWhatThePatchReceives) {
+  const PatchOfLight room;
+  const auto lights = room.lights({2000, 0, 1});
+  ASSERT_FALSE(lights.is_empty());
+  // Tries on elements that are lit in part may find the light more often than expected.
+  EXPECT_GE(lights.count(), 1500u);
+  EXPECT_LE(lights.count(), 4000u);
+  Rgbd flux;
+  for (std::size_t i = 0; i < lights.count(); ++i) flux += to_double(lights[i].flux);
+  // A cone of 0.15 rad: solid angle 2 pi (1 - cos) of 1000 cd, reflected by 0.7, 0.6, 0.5.
+  const double sent = 2 * kPiDouble * (1 - std::cos(0.15)) * 1000;
+  EXPECT_NEAR(flux.r, 0.7 * sent, 0.03 * sent);
+  EXPECT_NEAR(flux.b, 0.5 * sent, 0.03 * sent);
+}
+
+TEST(VirtualLights, NoneWhereNothingStandsOut) {
+  // White walls, half of them in the light: what cosine rays meet is as good.
+  const PatchOfLight bright(1.0, Rgb::grey(0.95f));
+  EXPECT_TRUE(bright.lights({2000, 0, 1}).is_empty());
+  const PatchOfLight room;
+  EXPECT_TRUE(room.lights({0, 0, 1}).is_empty());
+}
+
+TEST(VirtualLights, FarReceiversAreServedAsIfByOnePoint) {
+  const PatchOfLight room;
+  const auto lights = room.lights({500, 0, 1});
+  optics::SurfaceFrame at;
+  at.position = at.origin = {1, 3, 1};
+  at.normal = {0, -1, 0};
+  radiosity::VirtualLights::Served served;
+  lights.serve(at, served);
+  double flux = 0, picked = 0;
+  for (std::size_t i = 0; i < lights.count(); ++i) {
+    flux += static_cast<double>(lights[i].flux.sum());
+  }
+  // Straight above by 3 m: flux / (pi r^2); the patch is 0.44 m in radius, which takes off
+  // r^2 / (r^2 + 0.44^2) in the mean, by the disc's form factor.
+  EXPECT_NEAR(served.sum, flux / (kPiDouble * (9 + 0.44 * 0.44)), 0.02 * served.sum);
+  // Every part of the sum belongs to a light that is served.
+  for (int k = 0; k < 1000; ++k) {
+    const std::size_t i = served.find((k + 0.5) / 1000 * served.sum);
+    ASSERT_LT(i, lights.count());
+    ASSERT_GT(served.by_light[i], 0.0f);
+    picked += static_cast<double>(lights[i].position.x) / 1000;
+  }
+  EXPECT_NEAR(picked, 1, 0.02);
+  at.position = {1, 0.05f, 1};
+  lights.serve(at, served);
+  // 500 points on a disc of 0.44 m: 3.5 cm apart. What is nearer than three times that has to be
+  // met.
+  for (std::size_t i = 0; i < lights.count(); ++i) {
+    const Vec3f to = lights[i].position - at.position;
+    if (dot(to, to) < 0.09f * 0.09f) {
+      EXPECT_EQ(served.by_light[i], 0.0f) << i;
+    }
+  }
+}
+
+TEST(VirtualTexel, SameLightAndLessNoise) {
+  const PatchOfLight room;
+  GatherSettings settings;
+  settings.rays = 64;
+  settings.block = 1;
+  radiosity::GroupedLight none;
+  const accuracy::PathTracer tracer(room.lit.kit.caster(), room.lit.kit.optics(), room.lit.sky);
+  const auto bake = [&](int lights) {
+    settings.virtual_lights = lights;
+    BakeCounts counts;
+    return bake_indirect(room.lit.input(), settings, none, counts, Progress{});
+  };
+  const auto plain = bake(0), virtual_too = bake(2048);
+  double truth = 0, mean = 0, squares = 0, plain_squares = 0;
+  for (std::uint32_t t = 0; t < plain.size(); t += 7) {
+    const auto& texel = room.lit.texels.texels[t];
+    const TexelPoints grid = texel_points(room.lit.texels, texel);
+    // Where the spot light itself falls, noise of direct light would hide the rest.
+    const auto at = receiver_at(room.lit.kit.scene(), room.lit.layout, grid.point[0], 0);
+    if (at.frame.position.y < 0.01f) continue;
+    std::vector<accuracy::SurfacePoint> points;
+    for (std::uint32_t i = 0; i < grid.count; ++i) {
+      const auto p = atlas::point_at(room.lit.layout, grid.point[i].triangle, grid.point[i].at);
+      points.push_back({p.triangle, p.u, p.v, false});
+    }
+    const double want = tracer.irradiance(points, 8192, t).irradiance.g;
+    truth += want;
+    mean += static_cast<double>(virtual_too[t].g);
+    squares += std::pow(static_cast<double>(virtual_too[t].g) - want, 2);
+    plain_squares += std::pow(static_cast<double>(plain[t].g) - want, 2);
+  }
+  EXPECT_GT(truth, 0);
+  EXPECT_NEAR(mean / truth, 1, 0.015);
+  EXPECT_LT(squares, 0.3 * plain_squares);
+}
+
+}  // namespace
+}  // namespace lightbatch::lightmap
