@@ -62,17 +62,20 @@ std::uint32_t NearTexels::at(const rays::Hit& hit, float distance, float size) c
 
 bool NearTexels::is_whole(std::uint32_t texel) const {
   const TexelPoints points = texel_points(input_.texels, input_.texels.texels[texel]);
-  const radiosity::Receiver from = receiver_at(input_.scene, input_.layout, points.point[0], 0);
+  const bool back = points.point[0].back;
   const auto place = [&](std::uint32_t i) {
     const auto& p = points.point[i];
     const atlas::SurfacePoint at = atlas::point_at(input_.layout, p.triangle, p.at);
-    return radiosity::ElementPoint{at.triangle, at.u, at.v};
+    return input_.lookup.place({at.triangle, at.u, at.v}, back);
   };
+  const auto normal = [&](std::uint32_t i) {
+    return receiver_at(input_.scene, input_.layout, points.point[i], 0).frame.normal;
+  };
+  const radiosity::ElementLookup::Place from = place(0);
   for (std::uint32_t i = 1; i < points.count; ++i) {
-    const auto to = receiver_at(input_.scene, input_.layout, points.point[i], 0);
     // On a curved surface, what lies between is the surface itself.
-    if (dot(from.frame.normal, to.frame.normal) < kOnePlane) continue;
-    if (!input_.lookup.sees(place(0), place(i), points.point[0].back)) return false;
+    if (dot(normal(0), normal(i)) < kOnePlane) continue;
+    if (!input_.lookup.sees(from, place(i), back)) return false;
   }
   return true;
 }

@@ -28,45 +28,49 @@ ElementLookup::ElementLookup(const scene::Scene& scene, const rays::Caster& cast
       caster_(&caster),
       elements_(&elements),
       lift_(lift),
-      split_(elements.count(), 0) {
+      split_(elements.count(), 0),
+      centre_covered_(elements.count(), 0) {
   constexpr std::size_t kGrain = 1024;
   parallel_for(elements.count(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto e = static_cast<ElementId>(i);
       if (!elements.is_cell(e)) continue;
-      ElementPoint p[4];
-      for (std::size_t k = 0; k < 4; ++k) p[k] = elements.point(e, kSpread[k][0], kSpread[k][1]);
       const bool back = elements.is_back(e);
+      Place p[4];
+      for (std::size_t k = 0; k < 4; ++k) {
+        p[k] = place(elements.point(e, kSpread[k][0], kSpread[k][1]), back);
+      }
       const bool whole = sees(p[0], p[1], back) && sees(p[0], p[2], back) &&
                          sees(p[1], p[2], back) && sees(p[0], p[3], back);
       split_[i] = whole ? 0 : 1;
+      centre_covered_[i] = place(elements.point(e, 0.5f, 0.5f), back).covered ? 1 : 0;
     }
   });
   split_count_ = static_cast<std::uint64_t>(std::accumulate(split_.begin(), split_.end(), 0u));
 }
 
-bool ElementLookup::is_covered(const ElementPoint& at, bool back) const {
+ElementLookup::Place ElementLookup::place(const ElementPoint& at, bool back) const {
   const auto frame = optics::surface_frame(*scene_, at.triangle, at.u, at.v, back, lift_);
   const float height = kSightHeight * static_cast<float>(elements_->edge());
-  return caster_->occluded({frame.origin, frame.normal, 0.0f, height}, at.triangle);
+  return {at, caster_->occluded({frame.origin, frame.normal, 0.0f, height}, at.triangle)};
 }
 
-bool ElementLookup::sees(const ElementPoint& from, const ElementPoint& to, bool back) const {
+bool ElementLookup::sees(const Place& from, const Place& to, bool back) const {
   // Under a board that lies closer to the surface than that, one looks below the board.
-  const bool covered = is_covered(from, back);
-  if (covered != is_covered(to, back)) return false;
+  if (from.covered != to.covered) return false;
   const float height =
-      covered ? lift_ : lift_ + kSightHeight * static_cast<float>(elements_->edge());
-  const auto a = optics::surface_frame(*scene_, from.triangle, from.u, from.v, back, height);
-  const auto b = optics::surface_frame(*scene_, to.triangle, to.u, to.v, back, height);
-  return !caster_->occluded({a.origin, b.origin - a.origin, 0.0f, 1.0f}, from.triangle,
-                            to.triangle);
+      from.covered ? lift_ : lift_ + kSightHeight * static_cast<float>(elements_->edge());
+  const auto origin = [&](const ElementPoint& p) {
+    return optics::surface_frame(*scene_, p.triangle, p.u, p.v, back, height).origin;
+  };
+  const Vec3f a = origin(from.at);
+  return !caster_->occluded({a, origin(to.at) - a, 0.0f, 1.0f}, from.at.triangle, to.at.triangle);
 }
 
 ElementId ElementLookup::at(const rays::Hit& hit) const {
   const ElementId e = elements_->at(hit.triangle, hit.u, hit.v, hit.back);
   if (e == kNoElement || split_[e] == 0) return e;
-  const ElementPoint here{hit.triangle, hit.u, hit.v};
+  const Place here = place({hit.triangle, hit.u, hit.v}, hit.back);
   // Ring after ring.
   std::array<ElementId, kMostVisited> visited{e};
   std::size_t count = 1;
@@ -79,7 +83,9 @@ ElementId ElementLookup::at(const rays::Hit& hit) const {
         continue;
       }
       visited[count++] = n;
-      if (split_[n] == 0 && sees(here, elements_->point(n, 0.5f, 0.5f), hit.back)) return n;
+      if (split_[n] != 0) continue;
+      const Place there{elements_->point(n, 0.5f, 0.5f), centre_covered_[n] != 0};
+      if (sees(here, there, hit.back)) return n;
     }
   }
   return e;

@@ -23,18 +23,23 @@ class ElementLookup {
   /// neighbour is in sight, and what a ray sees of it has to be found by a ray more.
   bool is_split(ElementId e) const { return split_[e] != 0; }
   std::uint64_t split_cells() const { return split_count_; }
+
+  /// A point of a surface, and whether something lies closer above it than sight lines run.
+  struct Place {
+    ElementPoint at;
+    bool covered = false;
+  };
+  Place place(const ElementPoint& at, bool back) const;
   /// Nothing stands between two points of one plane.
-  bool sees(const ElementPoint& from, const ElementPoint& to, bool back) const;
+  bool sees(const Place& from, const Place& to, bool back) const;
 
  private:
-  /// Something lies closer above the point than sight lines run.
-  bool is_covered(const ElementPoint& at, bool back) const;
-
   const scene::Scene* scene_;
   const rays::Caster* caster_;
   const Elements* elements_;
   float lift_ = 0;
-  std::vector<std::uint8_t> split_;  // per element
+  std::vector<std::uint8_t> split_;           // per element
+  std::vector<std::uint8_t> centre_covered_;  // per element
   std::uint64_t split_count_ = 0;
 };
 
