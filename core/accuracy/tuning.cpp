@@ -23,8 +23,11 @@ Growth growth_between(const PartPilot& coarse, const PartPilot& fine) {
   Growth growth = fine.growth;
   if (!(fine.rung > 0) || coarse.rung < kApart * fine.rung) return growth;
   const double rungs = std::log(coarse.rung / fine.rung);
+  // Either error is itself an estimate: what is known of all scenes counts as much.
+  const auto with_usual = [](double measured, double usual) { return 0.5 * (measured + usual); };
   if (coarse.error > 0 && fine.error > 0) {
-    growth.error = std::clamp(std::log(coarse.error / fine.error) / rungs, 0.5, 1.1);
+    growth.error = with_usual(std::clamp(std::log(coarse.error / fine.error) / rungs, 0.5, 1.1),
+                              fine.growth.error);
   }
   if (coarse.cost > 0 && fine.cost > 0) {
     growth.cost = std::clamp(std::log(fine.cost / coarse.cost) / rungs, 0.7, 1.8);

@@ -1,7 +1,5 @@
 #include "core/lightmap/bake.h"
 
-#include <chrono>
-
 #include "core/base/random.h"
 #include "core/lightmap/blocks.h"
 #include "core/scene/scene.h"
@@ -41,16 +39,15 @@ Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& se
   BakedTexels baked;
   baked.counts.texels = input.texels.texels.size();
   progress.report("direct", 0);
-  const auto began = std::chrono::steady_clock::now();
   baked.by_group =
       radiosity::GroupedLight(input.groups > 0 ? input.texels.texels.size() : 0, input.groups);
-  baked.direct = bake_direct(input, settings, baked.by_group, baked.counts, progress);
-  baked.direct_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  baked.direct =
+      bake_direct(input, settings, baked.by_group, baked.counts, progress, &baked.direct_seconds);
   baked.direct_rays = baked.counts.rays.cast();
   if (progress.cancelled()) return cancelled();
   progress.report("gather", 0);
-  baked.irradiance = bake_indirect(input, settings, baked.by_group, baked.counts, progress);
+  baked.irradiance =
+      bake_indirect(input, settings, baked.by_group, baked.counts, progress, &baked.gather_seconds);
   if (progress.cancelled()) return cancelled();
   for (std::size_t t = 0; t < baked.direct.size(); ++t) baked.irradiance[t] += baked.direct[t];
   return baked;

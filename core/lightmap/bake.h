@@ -86,20 +86,22 @@ struct BakedTexels {
   radiosity::GroupedLight by_group;  // lux, all light; empty: not asked
   BakeCounts counts;
   std::uint64_t direct_rays = 0;  // of counts.rays: shadow rays from texels
-  double direct_seconds = 0;      // wall time of the direct part
+  /// Wall time of direct light and of gathering, without what is done once for all texels.
+  double direct_seconds = 0, gather_seconds = 0;
 };
 
 /// Irradiance of every texel. The same bytes on any number of threads. CANCELLED.
 Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& settings,
                                 const Progress& progress);
 
-/// Direct light alone: lux per texel; added to by_group, where it is not empty.
+/// Direct light alone: lux per texel; added to by_group, where it is not empty. seconds: gets
+/// BakedTexels::direct_seconds; null: not asked.
 std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& settings,
                              radiosity::GroupedLight& by_group, BakeCounts& counts,
-                             const Progress& progress);
+                             const Progress& progress, double* seconds = nullptr);
 /// Light from the hemisphere (interreflection and sky) alone; the same.
 std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
                                radiosity::GroupedLight& by_group, BakeCounts& counts,
-                               const Progress& progress);
+                               const Progress& progress, double* seconds = nullptr);
 
 }  // namespace lightbatch::lightmap

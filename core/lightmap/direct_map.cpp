@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -87,7 +88,7 @@ std::vector<float> smooth_visibility(const BakeInput& input, const std::vector<E
 
 std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& settings,
                              radiosity::GroupedLight& by_group, BakeCounts& counts,
-                             const Progress& progress) {
+                             const Progress& progress, double* seconds) {
   const std::size_t count = input.texels.texels.size();
   std::vector<Rgb> direct(count);
   if (!input.direct_lights || count == 0) return direct;
@@ -100,6 +101,7 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
   radiosity::GroupedLight of_punctual = of_emitters;
   std::vector<BakeCounts> block((count + kGrain - 1) / kGrain);
   const auto for_texels = [&](const auto& visit) {
+    const auto began = std::chrono::steady_clock::now();
     parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
       if (progress.cancelled()) return;
       EmitterTexel emitter(input, settings);
@@ -110,6 +112,8 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
               block[begin / kGrain]);
       }
     });
+    if (seconds == nullptr) return;
+    *seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   };
   for_texels([&](std::uint32_t t, const auto& around, EmitterTexel& emitter, BakeCounts& c) {
     const bool border = std::find(around.begin(), around.end(), scene::kNone) != around.end();

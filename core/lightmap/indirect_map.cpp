@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <span>
 
@@ -88,6 +89,9 @@ class IndirectMap {
     return irradiance;
   }
 
+  /// Wall time of gathering.
+  double seconds() const { return seconds_; }
+
  private:
   enum State : std::uint8_t { kUnknown, kRequested, kComputed, kShared };
 
@@ -153,6 +157,7 @@ class IndirectMap {
 
   /// share: of their rays.
   void compute(const std::vector<std::uint32_t>& wanted, double share = 1) {
+    const auto began = std::chrono::steady_clock::now();
     struct Grain {
       BakeCounts counts;
       std::vector<NearLink> links;
@@ -191,6 +196,7 @@ class IndirectMap {
       links_.add(std::span(wanted).subspan(begin, count), std::span(links).subspan(begin, count),
                  grains[g].links);
     }
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     counts_.computed_texels += wanted.size();
     computed_so_far_ += wanted.size();
     progress_.report("gather", static_cast<double>(computed_so_far_) /
@@ -326,15 +332,19 @@ class IndirectMap {
   std::vector<std::uint8_t> state_;
   std::vector<float> share_;  // of each texel in the rays, mean 1
   std::size_t computed_so_far_ = 0;
+  double seconds_ = 0;
 };
 
 }  // namespace
 
 std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
                                radiosity::GroupedLight& by_group, BakeCounts& counts,
-                               const Progress& progress) {
+                               const Progress& progress, double* seconds) {
   if (!input.indirect) return std::vector<Rgb>(input.texels.texels.size());
-  return IndirectMap(input, settings, by_group, counts, progress).run();
+  IndirectMap map(input, settings, by_group, counts, progress);
+  std::vector<Rgb> irradiance = map.run();
+  if (seconds != nullptr) *seconds = map.seconds();
+  return irradiance;
 }
 
 }  // namespace lightbatch::lightmap

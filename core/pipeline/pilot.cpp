@@ -32,7 +32,7 @@ constexpr double kNear = 2.0;
 /// Of the certificate's paths, for judging a pilot.
 constexpr double kShareOfPaths = 0.25;
 /// Errors are believed to be at most this many times what the two runs differ by.
-constexpr double kMostExcess = 2;
+constexpr double kMostExcess = 1.6;
 /// A first stage serves rungs down to this part of its own.
 constexpr double kCoarseEnough = 1.4;
 /// Rungs of the two runs of a pilot, the earlier one's over the later's; an earlier pilot's run at
@@ -159,7 +159,8 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
   const auto& stages = own.stages();
   pilot.solve_seconds = stages[stages.size() - 2].seconds;
   pilot.direct_seconds = fine.baked.direct_seconds * whole;
-  pilot.gather_seconds = (stages.back().seconds - fine.baked.direct_seconds) * whole * shared;
+  const double once = stages.back().seconds - fine.baked.direct_seconds - fine.baked.gather_seconds;
+  pilot.gather_seconds = fine.baked.gather_seconds * whole * shared + once;
   const double rays = pilot.direct.cost + pilot.indirect.cost;
   LB_ASSIGN_OR_RETURN(const PilotTruth truth,
                       judge_pilot(options, p, places, fine, selected,
@@ -168,11 +169,11 @@ Result<Pilot> run_pilot(const JobOptions& options, const Prepared& p, const Ligh
                                   progress));
   pilot.seconds_a_path = truth.seconds_a_path;
   // What both runs get wrong alike does not show in their difference. Path tracing few texels tells
-  // little where light is uneven: of the lower end of its interval and what the runs tell, the
-  // geometric mean counts.
+  // little where light is uneven: of the lower end of its interval and, twice, what the runs tell,
+  // the geometric mean counts.
   const double known = std::hypot(pilot.direct.error, pilot.indirect.error);
   if (known > 0) {
-    pilot.excess = std::clamp(std::sqrt(truth.low / known), 1.0, kMostExcess);
+    pilot.excess = std::clamp(std::cbrt(truth.low / known), 1.0, kMostExcess);
     pilot.direct.error *= pilot.excess;
     pilot.indirect.error *= pilot.excess;
   }

@@ -44,14 +44,14 @@ TEST(Tuning, GrowthComesFromTwoPilots) {
   // Error x0.5 and cost x3 for a rung x0.4.
   const Growth g =
       growth_between({0.1, 0.06, 1e6, kIndirectGrowth}, {0.04, 0.03, 3e6, kIndirectGrowth});
-  EXPECT_NEAR(g.error, std::log(2) / std::log(2.5), 1e-12);
+  EXPECT_NEAR(g.error, 0.5 * (std::log(2) / std::log(2.5) + kIndirectGrowth.error), 1e-12);
   EXPECT_NEAR(g.cost, std::log(3) / std::log(2.5), 1e-12);
   // Too near each other, or nothing to divide: as before.
   EXPECT_EQ(growth_between({0.05, 0.06, 1e6, {}}, {0.04, 0.03, 3e6, kIndirectGrowth}).error,
             kIndirectGrowth.error);
   EXPECT_EQ(growth_between({0.1, 0, 1e6, {}}, {0.04, 0.03, 3e6, kIndirectGrowth}).error,
             kIndirectGrowth.error);
-  EXPECT_EQ(growth_between({0.1, 9, 1e6, {}}, {0.04, 0.03, 3e6, {}}).error, 1.1);
+  EXPECT_EQ(growth_between({0.1, 9, 1e6, {}}, {0.04, 0.03, 3e6, {1.1, 1}}).error, 1.1);
 }
 
 TEST(Tuning, StaysOnTheLadder) {
