@@ -8,8 +8,8 @@
 namespace lightbatch::pipeline {
 namespace {
 
-/// Targets that get a pilot of their own; the others are priced from the nearest finer pilot, or
-/// the finest.
+/// Targets that get a pilot of their own; between them, prices are interpolated from both, finer
+/// ones are priced from the finest.
 constexpr double kPiloted[] = {0.10, 0.03};
 /// Writing, batches and pages, per triangle and per texel of the scene (seconds): measured on the
 /// shared scenes, a small part of a bake.
@@ -47,8 +47,7 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
     fine.direct.growth = accuracy::growth_between(coarse.direct, fine.direct);
     fine.indirect.growth = accuracy::growth_between(coarse.indirect, fine.indirect);
   }
-  for (const double target : kQuotedErrors) {
-    const Tuned& tuned = pilot_for(quote.pilots, target);
+  const auto price_from = [&](const Tuned& tuned, double target) {
     const Pilot& pilot = tuned.pilot;
     const accuracy::Rungs rungs = rungs_for(pilot, target);
     const double paths = kSpentPaths * static_cast<double>(path_budget(p, rays_at(pilot, rungs)));
@@ -57,7 +56,19 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
     const double own =
         tuned.seconds * std::pow(tuned.rungs.target / target, pilot.indirect.growth.cost);
     const double spared = reuses ? solve_seconds_at(pilot, rungs) : 0;
-    quote.prices.push_back({target, error_at(pilot, rungs), before + own + rest - spared, rest});
+    return Price{target, error_at(pilot, rungs), before + own + rest - spared, rest};
+  };
+  for (const double target : kQuotedErrors) {
+    Price price = price_from(pilot_for(quote.pilots, target), target);
+    if (quote.pilots.size() > 1 && target < kPiloted[0] && target > kPiloted[1]) {
+      const Price coarse = price_from(quote.pilots.front(), target);
+      const double t = std::log(target / kPiloted[1]) / std::log(kPiloted[0] / kPiloted[1]);
+      const auto mix = [&](double& fine, double other) { fine *= std::pow(other / fine, t); };
+      mix(price.error, coarse.error);
+      mix(price.seconds, coarse.seconds);
+      mix(price.rest, coarse.rest);
+    }
+    quote.prices.push_back(price);
   }
   return quote;
 }
