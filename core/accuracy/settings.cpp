@@ -32,8 +32,8 @@ constexpr std::array<Rung, 8> kLadder{{
 constexpr double kEdgeShare = 1.5;     // of visibility in a texel of a shadow's edge
 constexpr double kSharingShare = 1.0;  // of a block's middle against its corners
 /// Virtual lights and rays to them, against the rays of a texel.
-constexpr int kRaysToVirtual = 3;
-constexpr int kVirtualLights = 32;
+constexpr int kRaysOverVirtualRays = 3;
+constexpr int kVirtualLightsPerRay = 32;
 constexpr int kFewestVirtual = 1024, kMostVirtual = 16384;
 /// Texel sizes, at 5 %: what is nearer is not left to the texel there.
 constexpr double kLinked = 0.3;
@@ -77,9 +77,9 @@ BakeSettings settings_for(const Rungs& rungs, const SceneMeasure& scene, std::ui
   settings.gather.block = rungs.target < kFineSharing ? 4 : 8;
   settings.gather.tolerance = kSharingShare * rungs.target;
   settings.gather.reach = std::clamp(3.2 * std::sqrt(rungs.target), 0.25, 1.0);
-  settings.gather.virtual_rays = std::max(4, settings.gather.rays / kRaysToVirtual);
+  settings.gather.virtual_rays = std::max(4, settings.gather.rays / kRaysOverVirtualRays);
   settings.gather.virtual_lights =
-      std::clamp(kVirtualLights * settings.gather.rays, kFewestVirtual, kMostVirtual);
+      std::clamp(kVirtualLightsPerRay * settings.gather.rays, kFewestVirtual, kMostVirtual);
   settings.gather.linked = std::min(1.0, kLinked * std::pow(0.05 / rungs.indirect, 0.75));
   settings.gather.pilot_rays = direct.whole(&Rung::pilot_rays);
   settings.gather.direct_error = kEdgeShare * std::max(kFinestRung, rungs.direct);

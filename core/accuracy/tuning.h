@@ -25,8 +25,9 @@ struct PartPilot {
 };
 
 /// How a part grows on this scene, from pilots at a coarse and a fine rung; what they cannot tell
-/// (rungs less than a factor of 1.5 apart, no error) stays as it is in `fine`. Within [0.5, 1.1]
-/// and [0.7, 1.8], beyond which noise speaks.
+/// (rungs less than a factor of 1.5 apart, no error) stays as it is in `fine`, the usual growth.
+/// Measured within [0.5, 1.1] and [0.7, 1.8], beyond which noise speaks; of error, the mean of the
+/// measured and the usual.
 Growth growth_between(const PartPilot& coarse, const PartPilot& fine);
 
 /// The cheapest rungs whose errors add (in squares) to `allowed`; at the optimum the squares stand

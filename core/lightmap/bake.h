@@ -49,7 +49,8 @@ struct BakeInput {
   double mean_irradiance = 0;   // lux, area mean of the first stage: the scale of tolerances
   std::size_t groups = 0;       // of lights, to keep apart: as in SolverInput
   std::uint64_t seed = 1;
-  /// Texels to bake (one flag each, from select_texels), or null for all; the others stay black.
+  /// Texels to bake (one flag each, from select_texels), or null for all; the others are black, or
+  /// rough where these need them.
   const std::vector<std::uint8_t>* selected = nullptr;
 };
 

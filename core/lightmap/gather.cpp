@@ -95,24 +95,23 @@ Gather::Gather(const BakeInput& input, const GatherSettings& settings, const Aid
   });
 }
 
-bool Gather::is_served(const rays::Hit& hit, const Path& path) const {
-  if (path.receiver == nullptr || aids_->lights.is_empty()) return false;
+ElementId Gather::served(const rays::Hit& hit, const Path& path) const {
+  if (path.receiver == nullptr || aids_->lights.is_empty()) return radiosity::kNoElement;
   // Where virtual lights lie, whatever is read in its place.
   const ElementId e = input_.elements.at(hit.triangle, hit.u, hit.v, hit.back);
-  if (e == radiosity::kNoElement) return false;
-  const auto c = input_.scene.corners(hit.triangle);
-  return aids_->lights.serves(e, *path.receiver,
-                              c[0] + (c[1] - c[0]) * hit.u + (c[2] - c[0]) * hit.v);
+  if (e == radiosity::kNoElement) return e;
+  const auto at = optics::surface_frame(input_.scene, hit.triangle, hit.u, hit.v, hit.back, 0.0f);
+  return aids_->lights.serves(e, *path.receiver, at) ? e : radiosity::kNoElement;
 }
 
-Rgb Gather::read(ElementId e, const rays::Hit& hit, bool served, const Path& path,
+Rgb Gather::read(ElementId e, const rays::Hit& hit, ElementId served, const Path& path,
                  BakeCounts& counts) const {
   const radiosity::Solution& solution = input_.solution;
   if (path.grouped()) {
     const auto unresolved = solution.unresolved_by_group.of(e);
     for (std::size_t g = 0; g < unresolved.size(); ++g) path.add(g, unresolved[g]);
   }
-  if (served) return solution.unresolved[e];
+  if (served != radiosity::kNoElement) return solution.unresolved[e];
   const Rgb reflectance = input_.elements.reflectance(e);
   const Rgb resolved = radiosity::resolved_irradiance(
       input_.scene, input_.direct, solution, e, hit, counts.rays,
@@ -122,15 +121,15 @@ Rgb Gather::read(ElementId e, const rays::Hit& hit, bool served, const Path& pat
   return solution.unresolved[e] + reflectance * resolved;
 }
 
-Rgb Gather::direct(ElementId e, const Receiver& at, bool served, Random& random, const Path& path,
+Rgb Gather::direct(const Receiver& at, ElementId served, Random& random, const Path& path,
                    BakeCounts& counts) const {
   Rgb irradiance{};
   const auto& lights = input_.direct.sources().punctual();
   for (std::size_t l = 0; l < lights.size(); ++l) {
     const Rgb open = lights[l].irradiance(at.frame.position, at.frame.normal);
     if (open.is_black()) continue;
-    if (served && resolved_[l] < radiosity::kResolvedLights &&
-        input_.solution.state(e, resolved_[l]) != radiosity::LightState::kDark) {
+    if (served != radiosity::kNoElement && resolved_[l] < radiosity::kResolvedLights &&
+        input_.solution.state(served, resolved_[l]) != radiosity::LightState::kDark) {
       continue;
     }
     const Rgb arrives = open * input_.direct.punctual_visibility(at, lights[l], counts.rays);
@@ -146,8 +145,9 @@ Rgb Gather::direct(ElementId e, const Receiver& at, bool served, Random& random,
   return irradiance;
 }
 
-Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, bool served, const Numbers& numbers,
-                          int depth, const Path& path, BakeCounts& counts) const {
+Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, ElementId served,
+                          const Numbers& numbers, int depth, const Path& path,
+                          BakeCounts& counts) const {
   ++counts.deeper_gathers;
   Random random(mix_bits(numbers.seed ^ hit.triangle));
   Rgb reflectance = input_.elements.reflectance(e);
@@ -167,8 +167,7 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, bool served, const 
       ++counts.near_links;
       const Path own = path.further(reflectance);
       own.links->push_back({texel, own.weight});
-      return reflectance *
-             (direct(e, at, served, random, own, counts) + aids_->near.first()[texel]);
+      return reflectance * (direct(at, served, random, own, counts) + aids_->near.first()[texel]);
     }
   }
   if (depth >= kSureDepth) {
@@ -177,7 +176,7 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, bool served, const 
     reflectance = reflectance * (1.0f / survival);
   }
   const Path own = path.further(reflectance);
-  Rgb irradiance = direct(e, at, served && !through, random, own, counts);
+  Rgb irradiance = direct(at, through ? radiosity::kNoElement : served, random, own, counts);
   const Vec3f direction =
       Frame::about(at.frame.normal).to_world(cosine_hemisphere(numbers.direction));
   const Numbers next{random.next_u64(), {random.next_float(), random.next_float()}};
@@ -198,11 +197,11 @@ Rgb Gather::seen(const rays::Hit& hit, float distance, const Numbers& numbers, i
                  const Path& path, BakeCounts& counts) const {
   const ElementId e = input_.lookup.at(hit);
   if (e == radiosity::kNoElement) return {};
-  const bool served = is_served(hit, path);
+  const ElementId brings = served(hit, path);
   if (depth < kMaxDepth && distance < near_[e] * (depth == 0 ? 1.0f : kLaterReach)) {
-    return gather_deeper(e, hit, served, numbers, depth, path, counts);
+    return gather_deeper(e, hit, brings, numbers, depth, path, counts);
   }
-  return read(e, hit, served, path, counts);
+  return read(e, hit, brings, path, counts);
 }
 
 Gather::Along Gather::along(const rays::Ray& ray, std::uint32_t exclude, const Numbers& numbers,
@@ -272,7 +271,8 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
   if (aids_ != nullptr) {
     from_virtual = VirtualTexel(input_, aids_->lights)(
         points, centre.frame,
-        std::max(kFewestVirtual, rays * settings_.virtual_rays / settings_.rays),
+        std::max(kFewestVirtual, static_cast<int>(static_cast<double>(rays) *
+                                                  settings_.virtual_rays / settings_.rays)),
         static_cast<std::uint32_t>(item_seed(seed, 0, 1)), scratch.served, by_group, counts);
   }
   value.irradiance = to_float(sum / taken + from_virtual.irradiance);

@@ -78,15 +78,17 @@ class Gather {
   /// Radiosity seen at a hit, lm/m2.
   Rgb seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,
            const Path& path, BakeCounts& counts) const;
-  Rgb read(radiosity::ElementId e, const rays::Hit& hit, bool served, const Path& path,
-           BakeCounts& counts) const;
-  Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, bool served,
+  /// served: the element whose virtual lights bring what the resolved lights bring to the hit;
+  /// kNoElement where none do.
+  Rgb read(radiosity::ElementId e, const rays::Hit& hit, radiosity::ElementId served,
+           const Path& path, BakeCounts& counts) const;
+  Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, radiosity::ElementId served,
                     const Numbers& numbers, int depth, const Path& path, BakeCounts& counts) const;
-  /// Irradiance from lights; served: without the resolved ones.
-  Rgb direct(radiosity::ElementId e, const radiosity::Receiver& at, bool served, Random& random,
+  /// Irradiance from lights but those that virtual lights stand for; a light that the element is
+  /// dark to has none.
+  Rgb direct(const radiosity::Receiver& at, radiosity::ElementId served, Random& random,
              const Path& path, BakeCounts& counts) const;
-  /// Virtual lights bring what the resolved lights bring to the hit.
-  bool is_served(const rays::Hit& hit, const Path& path) const;
+  radiosity::ElementId served(const rays::Hit& hit, const Path& path) const;
 
   const BakeInput& input_;
   const GatherSettings& settings_;

@@ -80,6 +80,7 @@ class IndirectMap {
     }
     if (!progress_.cancelled()) compute(rest);
     if (input_.selected != nullptr && !progress_.cancelled()) compute_linked();
+    if (progress_.cancelled()) return {};
     solve_links();
     smooth_gathered(input_.layout, input_.texels, settings_.reach, texel_, by_group_);
     fill_all();

@@ -130,8 +130,14 @@ double NearLinks::iterate(const std::vector<Rgb>& first, const std::vector<std::
           // Rounding may leave less than nothing of what stood for the link.
           const auto positive = [](double v) { return static_cast<float>(std::max(0.0, v)); };
           next[t] = {positive(light.r), positive(light.g), positive(light.b)};
-          sum.of += std::fabs(static_cast<double>((next[t] - texels[t].irradiance).sum()));
-          sum.all += static_cast<double>(next[t].sum());
+          const auto square = [](float v) {
+            return static_cast<double>(v) * static_cast<double>(v);
+          };
+          sum.of += square((next[t] - texels[t].irradiance).sum());
+          sum.all += square(next[t].sum());
+          for (std::size_t g = 0; g < by_group.groups(); ++g) {
+            sum.of += square((next_by_group.of(t)[g] - by_group.of(t)[g]).sum());
+          }
         }
         return sum;
       },
@@ -145,7 +151,7 @@ double NearLinks::iterate(const std::vector<Rgb>& first, const std::vector<std::
       by_group.of(t)[g] = next_by_group.of(t)[g];
     }
   }
-  return change.all > 0 ? change.of / change.all : 0;
+  return change.all > 0 ? std::sqrt(change.of / change.all) : 0;
 }
 
 }  // namespace lightbatch::lightmap

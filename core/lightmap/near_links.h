@@ -59,8 +59,8 @@ class NearLinks {
 
   /// Puts the light of the linked texels in the place of what the first stage had of it, for all
   /// of them at once, by iteration (Jacobi). known: texels whose light is there. fill(): brings
-  /// what is shared between gathered texels up to date. by_group gets the linked light; of what
-  /// the first stage had it holds nothing.
+  /// what is shared between gathered texels up to date. by_group gets the linked light; it holds
+  /// nothing of what the first stage had, nor of texels that are not known.
   template <typename Fill>
   void solve(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
              std::vector<GatheredTexel>& texels, radiosity::GroupedLight& by_group,
@@ -77,7 +77,7 @@ class NearLinks {
 
  private:
   static constexpr int kMostIterations = 50;
-  /// Mean change of an iteration over the mean light.
+  /// Change of an iteration, that of every group included, over the light; roots of mean squares.
   static constexpr double kTolerance = 1e-4;
 
   double iterate(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,

@@ -9,7 +9,8 @@
 namespace lightbatch::lightmap {
 
 /// Light of one texel from virtual lights: rays to some of them, dealt by what each would bring to
-/// the texel's centre with nothing between.
+/// the texel's centre with nothing between. What VirtualLights::serves says of a hit is brought
+/// here, and the texel's other rays leave it out.
 class VirtualTexel {
  public:
   /// Both outlive it.

@@ -42,10 +42,12 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
   }
   clock.stop();
   if (quote.pilots.size() > 1) {
-    const Pilot& coarse = quote.pilots.front().pilot;
+    Pilot& coarse = quote.pilots.front().pilot;
     Pilot& fine = quote.pilots.back().pilot;
     fine.direct.growth = accuracy::growth_between(coarse.direct, fine.direct);
     fine.indirect.growth = accuracy::growth_between(coarse.indirect, fine.indirect);
+    coarse.direct.growth = fine.direct.growth;
+    coarse.indirect.growth = fine.indirect.growth;
   }
   const auto price_from = [&](const Tuned& tuned, double target) {
     const Pilot& pilot = tuned.pilot;
@@ -63,7 +65,9 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
     if (quote.pilots.size() > 1 && target < kPiloted[0] && target > kPiloted[1]) {
       const Price coarse = price_from(quote.pilots.front(), target);
       const double t = std::log(target / kPiloted[1]) / std::log(kPiloted[0] / kPiloted[1]);
-      const auto mix = [&](double& fine, double other) { fine *= std::pow(other / fine, t); };
+      const auto mix = [&](double& fine, double other) {
+        if (fine > 0 && other > 0) fine *= std::pow(other / fine, t);
+      };
       mix(price.error, coarse.error);
       mix(price.seconds, coarse.seconds);
       mix(price.rest, coarse.rest);

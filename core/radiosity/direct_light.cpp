@@ -335,7 +335,6 @@ Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& li
 
 Rgb DirectLight::point_visibility(const Receiver& at, const Vec3f& point, std::uint32_t triangle,
                                   RayCounts& counts) const {
-  if (!shadows_) return {1, 1, 1};
   ++counts.hemisphere;
   return through({at.frame.origin, point - at.frame.origin, 0.0f, kShadowEnd}, at.triangle, triangle,
                  counts);

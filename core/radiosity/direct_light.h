@@ -163,7 +163,8 @@ class DirectLight {
   /// Share of light i that reaches the point: one shadow ray (transmittance of sheets included).
   Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
 
-  /// Share of a point on another triangle that reaches the receiver: one ray.
+  /// Share of a point on another triangle that reaches the receiver: one ray, with shadows of
+  /// lights or without.
   Rgb point_visibility(const Receiver& at, const Vec3f& point, std::uint32_t triangle,
                        RayCounts& counts) const;
 

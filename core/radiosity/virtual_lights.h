@@ -11,7 +11,7 @@
 namespace lightbatch::radiosity {
 
 struct VirtualLightOptions {
-  std::size_t count = 2048;  // about so many, at most about twice; 0: none
+  std::size_t count = 2048;  // about so many for each resolved light; 0: none
   double nearest = 0;        // metres: what lies nearer is never served
   std::uint64_t seed = 1;
 };
@@ -37,11 +37,14 @@ class VirtualLights {
   std::size_t count() const { return light_.size(); }
   const Light& operator[](std::size_t i) const { return light_[i]; }
 
-  /// What the resolved lights bring to `at` on an element is served to the receiver.
-  bool serves(ElementId e, const optics::SurfaceFrame& receiver, const Vec3f& at) const {
+  /// What the resolved lights bring to a point of an element's side is served to the receiver, by
+  /// the same rule as in serve(): together with what rays meet elsewhere it is the whole.
+  bool serves(ElementId e, const optics::SurfaceFrame& receiver,
+              const optics::SurfaceFrame& at) const {
     if (distance_.empty() || !(distance_[e] > 0)) return false;
-    const Vec3f to = at - receiver.position;
-    return dot(to, to) >= distance_[e] * distance_[e] && dot(to, receiver.normal) > 0;
+    const Vec3f to = at.position - receiver.position;
+    return dot(to, to) >= distance_[e] * distance_[e] && dot(to, receiver.normal) > 0 &&
+           dot(to, at.normal) < 0;
   }
 
   /// Lights are summed up in runs of this many.

@@ -45,6 +45,28 @@ TEST(NearLinks, TexelsAreSolvedTogether) {
   EXPECT_NEAR(static_cast<double>(by_group.of(0)[1].g), 2 / (1 - 0.125), 0.01);
 }
 
+// The first stage may know the sum: the groups, of which it knows nothing, are still to be found.
+TEST(NearLinks, GroupsAddUpToTheLight) {
+  NearLinks links(2);
+  const std::uint32_t rows[] = {0, 1}, counts[] = {1, 1};
+  const NearLink both[] = {{1, Rgb::grey(0.5f)}, {0, Rgb::grey(0.8f)}};
+  links.add(rows, counts, both);
+  // E0 = 1 + E1 / 2, E1 = 2 + 0.8 E0: 10 / 3 and 14 / 3.
+  const std::vector<Rgb> solved{Rgb::grey(10.0f / 3), Rgb::grey(14.0f / 3)};
+  std::vector<GatheredTexel> texels(2);
+  texels[0].irradiance = solved[0];
+  texels[1].irradiance = solved[1];
+  radiosity::GroupedLight by_group(2, 2);
+  by_group.of(0)[0] = Rgb::grey(1);
+  by_group.of(1)[1] = Rgb::grey(2);
+  links.solve(solved, {1, 1}, texels, by_group, [] {});
+  for (std::size_t t = 0; t < 2; ++t) {
+    const float sum = by_group.of(t)[0].g + by_group.of(t)[1].g;
+    EXPECT_NEAR(static_cast<double>(sum / texels[t].irradiance.g), 1, 1e-3) << t;
+    EXPECT_NEAR(static_cast<double>(texels[t].irradiance.g / solved[t].g), 1, 1e-5) << t;
+  }
+}
+
 /// A white shelf of two boards, 12 cm apart, under a sky; cells of 50 cm see nothing of that.
 struct Shelf {
   LitScene lit;

@@ -93,6 +93,36 @@ TEST(VirtualLights, FarReceiversAreServedAsIfByOnePoint) {
   }
 }
 
+// What rays leave out and what virtual lights bring are the same, wherever the receiver is.
+TEST(VirtualLights, ServeWhatRaysLeaveOut) {
+  const PatchOfLight room;
+  const auto lights = room.lights({500, 0, 1});
+  const BakeInput input = room.lit.input();
+  std::size_t served = 0, not_served = 0;
+  for (const Vec3f position : {Vec3f{1, 3, 1}, {1.2f, 0.1f, 1}, {0, 0.05f, 1}, {1, -0.1f, 1}}) {
+    for (const Vec3f normal : {Vec3f{0, -1, 0}, {1, 0, 0}, {0, 1, 0}}) {
+      optics::SurfaceFrame at;
+      at.position = at.origin = position;
+      at.normal = normal;
+      radiosity::VirtualLights::Served by;
+      lights.serve(at, by);
+      for (std::size_t i = 0; i < lights.count(); ++i) {
+        optics::SurfaceFrame there;
+        there.position = lights[i].position;
+        there.normal = lights[i].normal;
+        rays::Ray down{there.position + there.normal * 0.01f, -there.normal};
+        const rays::Hit hit = input.caster.closest(down);
+        const auto e = input.elements.at(hit.triangle, hit.u, hit.v, hit.back);
+        const bool serves = lights.serves(e, at, there);
+        EXPECT_EQ(serves, by.by_light[i] > 0) << i;
+        ++(serves ? served : not_served);
+      }
+    }
+  }
+  EXPECT_GT(served, 100u);
+  EXPECT_GT(not_served, 100u);
+}
+
 TEST(VirtualTexel, SameLightAndLessNoise) {
   const PatchOfLight room;
   GatherSettings settings;
