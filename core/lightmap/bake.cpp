@@ -2,6 +2,7 @@
 
 #include "core/base/random.h"
 #include "core/lightmap/blocks.h"
+#include "core/lightmap/neighbours.h"
 #include "core/scene/scene.h"
 
 namespace lightbatch::lightmap {
@@ -17,13 +18,10 @@ std::vector<std::uint8_t> select_texels(const atlas::Layout& layout, const atlas
     const std::uint8_t chosen =
         item_seed(0xb10c, run) % divisor == block_number % divisor ? kSelected : kPassedOver;
     ++block_number;
-    const int width = layout.pages[b.page].width;
     for (int y = b.y0; y <= b.y1; ++y) {
       for (int x = b.x0; x <= b.x1; ++x) {
-        const std::uint32_t t = map.index[b.page][static_cast<std::size_t>(y * width + x)];
-        if (t != scene::kNone && map.texels[t].chart == b.chart && mark[t] == kFree) {
-          mark[t] = chosen;
-        }
+        const std::uint32_t t = texel_at(map, layout, b.chart, x, y);
+        if (t != scene::kNone && mark[t] == kFree) mark[t] = chosen;
       }
     }
   });

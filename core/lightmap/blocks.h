@@ -10,7 +10,6 @@ namespace lightbatch::lightmap {
 /// Texel rectangle with computed corners, both ends included, in page coordinates.
 struct Block {
   std::uint32_t chart = 0;
-  std::uint16_t page = 0;
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
@@ -25,8 +24,7 @@ void for_each_block(const atlas::Layout& layout, int step, Visit visit) {
     const int y_last = chart.y + chart.height - 1;
     for (int y = chart.y; y < y_last; y += step) {
       for (int x = chart.x; x < x_last; x += step) {
-        visit(Block{c, static_cast<std::uint16_t>(chart.page), x, y, std::min(x + step, x_last),
-                    std::min(y + step, y_last)});
+        visit(Block{c, x, y, std::min(x + step, x_last), std::min(y + step, y_last)});
       }
     }
   }

@@ -19,6 +19,7 @@
 #include "core/lightmap/blocks.h"
 #include "core/lightmap/gather.h"
 #include "core/lightmap/near_links.h"
+#include "core/lightmap/neighbours.h"
 #include "core/lightmap/ray_shares.h"
 #include "core/lightmap/smooth.h"
 #include "core/scene/scene.h"
@@ -117,9 +118,7 @@ class IndirectMap {
   }
 
   std::uint32_t texel_at(const Block& b, int x, int y) const {
-    const int width = input_.layout.pages[b.page].width;
-    const std::uint32_t t = input_.texels.index[b.page][static_cast<std::size_t>(y * width + x)];
-    return t != scene::kNone && input_.texels.texels[t].chart == b.chart ? t : scene::kNone;
+    return lightmap::texel_at(input_.texels, input_.layout, b.chart, x, y);
   }
 
   std::vector<Block> first_blocks() const {
@@ -240,7 +239,7 @@ class IndirectMap {
       if (y[0] == y[1] && b.y0 != b.y1) continue;
       for (const auto& x : xs) {
         if (x[0] == x[1] && b.x0 != b.x1) continue;
-        next.push_back({b.chart, b.page, x[0], y[0], x[1], y[1]});
+        next.push_back({b.chart, x[0], y[0], x[1], y[1]});
       }
     }
   }

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/lightmap/neighbours.h"
 #include "core/lightmap/texel_points.h"
 
 namespace lightbatch::lightmap {
@@ -44,13 +45,11 @@ std::uint32_t NearTexels::at(const rays::Hit& hit, float distance, float size) c
   if (chart == scene::kNone || hit.back != input_.texels.is_back(chart)) return scene::kNone;
   const auto& uv = input_.layout.uv[hit.triangle];
   const Vec2f at = uv[0] * (1 - hit.u - hit.v) + uv[1] * hit.u + uv[2] * hit.v;
-  const auto page = input_.layout.charts[chart].page;
-  const int width = input_.layout.pages[page].width, height = input_.layout.pages[page].height;
-  const int x = std::clamp(static_cast<int>(at.x), 0, width - 1);
-  const int y = std::clamp(static_cast<int>(at.y), 0, height - 1);
-  const std::uint32_t t = input_.texels.index[page][static_cast<std::size_t>(y * width + x)];
-  const bool usable = t != scene::kNone && input_.texels.texels[t].chart == chart &&
-                      size_[t] < size && distance >= nearest_ * size_[t];
+  const atlas::Page& page = input_.layout.pages[input_.layout.charts[chart].page];
+  const std::uint32_t t = texel_at(input_.texels, input_.layout, chart,
+                                   std::clamp(static_cast<int>(at.x), 0, page.width - 1),
+                                   std::clamp(static_cast<int>(at.y), 0, page.height - 1));
+  const bool usable = t != scene::kNone && size_[t] < size && distance >= nearest_ * size_[t];
   if (!usable) return scene::kNone;
   std::uint8_t whole = whole_[t].load(std::memory_order_relaxed);
   if (whole == kNotAsked) {
@@ -72,9 +71,10 @@ bool NearTexels::is_whole(std::uint32_t texel) const {
     return receiver_at(input_.scene, input_.layout, points.point[i], 0).frame.normal;
   };
   const radiosity::ElementLookup::Place from = place(0);
+  const Vec3f up = normal(0);
   for (std::uint32_t i = 1; i < points.count; ++i) {
     // On a curved surface, what lies between is the surface itself.
-    if (dot(normal(0), normal(i)) < kOnePlane) continue;
+    if (dot(up, normal(i)) < kOnePlane) continue;
     if (!input_.lookup.sees(from, place(i), back)) return false;
   }
   return true;

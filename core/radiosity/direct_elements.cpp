@@ -9,6 +9,7 @@
 #include "core/base/random.h"
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
+#include "core/radiosity/element_rays.h"
 #include "core/radiosity/solver.h"
 
 namespace lightbatch::radiosity {
@@ -111,11 +112,8 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
       std::array<int, kResolvedLights> lit{}, dark{};
       std::array<Rgb, kMostGroups> resolved_part{}, rest_part{};
       const auto receiver = [&](int s) {
-        const Vec2f ab = points.point(static_cast<std::uint32_t>(s));
-        const ElementPoint p = elements.point(e, ab.x, ab.y);
-        return Receiver{optics::surface_frame(input.scene, p.triangle, p.u, p.v,
-                                              elements.is_back(e), input.direct.lift()),
-                        p.triangle};
+        return receiver_on(input.scene, elements, e, points.point(static_cast<std::uint32_t>(s)),
+                           input.direct.lift());
       };
       const auto ask_lights = [&](const Receiver& at, bool resolved_only) {
         for (std::size_t l = 0; l < lights.size(); ++l) {

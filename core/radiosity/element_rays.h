@@ -15,6 +15,14 @@ inline double share_of_rays(const Elements& elements, ElementId e) {
   return std::min(1.0, static_cast<double>(elements.area(e)) / (half * half));
 }
 
+/// The point of an element for random ab in [0, 1)^2, as a receiver on the element's side.
+inline Receiver receiver_on(const scene::Scene& scene, const Elements& elements, ElementId e,
+                            Vec2f ab, float lift) {
+  const ElementPoint p = elements.point(e, ab.x, ab.y);
+  return {optics::surface_frame(scene, p.triangle, p.u, p.v, elements.is_back(e), lift),
+          p.triangle};
+}
+
 /// A cosine ray and the triangle that it leaves.
 struct ElementRay {
   rays::Ray ray;
@@ -24,13 +32,11 @@ struct ElementRay {
 /// The k-th of a sequence of cosine rays, from area-uniform points of the element.
 inline ElementRay element_ray(const SolverInput& input, ElementId e, const OwenSobol8& sequence,
                               std::uint32_t k) {
-  const Vec2f at = sequence.pair(k, 2);
-  const ElementPoint p = input.elements.point(e, at.x, at.y);
-  const auto frame = optics::surface_frame(input.scene, p.triangle, p.u, p.v,
-                                           input.elements.is_back(e), input.direct.lift());
-  return {
-      {frame.origin, Frame::about(frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)))},
-      p.triangle};
+  const Receiver from =
+      receiver_on(input.scene, input.elements, e, sequence.pair(k, 2), input.direct.lift());
+  const Vec3f direction =
+      Frame::about(from.frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
+  return {{from.frame.origin, direction}, from.triangle};
 }
 
 }  // namespace lightbatch::radiosity

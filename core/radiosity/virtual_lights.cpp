@@ -12,6 +12,9 @@
 #include "core/base/random.h"
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
+#include "core/radiosity/area_sum.h"
+#include "core/radiosity/element_rays.h"
+#include "core/radiosity/resolved_light.h"
 
 namespace lightbatch::radiosity {
 namespace {
@@ -26,20 +29,6 @@ constexpr float kMostTries = 16;
 /// the light.
 constexpr float kLeastLit = 0.02f;
 
-/// Calls deliver(light, irradiance) for the resolved lights that may reach a point of an element;
-/// without what stands between, and whether anything may.
-template <typename Deliver>
-void for_each_resolved(const DirectLight& direct, const Solution& solution, ElementId e,
-                       const optics::SurfaceFrame& at, Deliver deliver) {
-  for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
-    const LightState state = solution.state(e, k);
-    if (state == LightState::kDark) continue;
-    const PunctualLight& light = direct.sources().punctual()[solution.resolved[k]];
-    const Rgb open = light.irradiance(at.position, at.normal);
-    if (!open.is_black()) deliver(light, open, state == LightState::kMixed);
-  }
-}
-
 }  // namespace
 
 VirtualLights::VirtualLights(const scene::Scene& scene, const Elements& elements,
@@ -47,18 +36,13 @@ VirtualLights::VirtualLights(const scene::Scene& scene, const Elements& elements
                              const VirtualLightOptions& options) {
   const std::uint32_t count = elements.count();
   if (options.count == 0 || solution.light_state.empty() || solution.indirect.empty()) return;
-  double received = 0, area = 0;
-  for (ElementId e = 0; e < count; ++e) {
-    received +=
-        static_cast<double>(elements.area(e)) * static_cast<double>(solution.indirect[e].sum());
-    area += static_cast<double>(elements.area(e));
-  }
+  double area = 0;
+  for (ElementId e = 0; e < count; ++e) area += static_cast<double>(elements.area(e));
+  const double received =
+      area_sum(elements, [&](ElementId e) { return to_double(solution.indirect[e]); }).sum();
   const auto bright = static_cast<float>(area > 0 ? kBright * received / area : 0);
   const auto receiver = [&](ElementId e, Vec2f ab) {
-    const ElementPoint p = elements.point(e, ab.x, ab.y);
-    return Receiver{
-        optics::surface_frame(scene, p.triangle, p.u, p.v, elements.is_back(e), direct.lift()),
-        p.triangle};
+    return receiver_on(scene, elements, e, ab, direct.lift());
   };
   std::vector<double> flux(count);
   std::vector<std::uint8_t> tries(count, 1);

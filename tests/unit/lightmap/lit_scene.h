@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/accuracy/path_tracer.h"
 #include "core/lightmap/bake.h"
 #include "core/lightmap/gather.h"
 #include "core/radiosity/solver.h"
@@ -52,6 +53,17 @@ class LitScene {
       area += a;
     }
     mean_ = area > 0 ? light / area : 0;
+  }
+
+  /// A texel's points for path tracing.
+  std::vector<accuracy::SurfacePoint> points_of(std::uint32_t texel) const {
+    const TexelPoints grid = texel_points(texels, texels.texels[texel]);
+    std::vector<accuracy::SurfacePoint> points;
+    for (std::uint32_t i = 0; i < grid.count; ++i) {
+      const auto at = atlas::point_at(layout, grid.point[i].triangle, grid.point[i].at);
+      points.push_back({at.triangle, at.u, at.v, false});
+    }
+    return points;
   }
 
   BakeInput input() const {

@@ -98,13 +98,7 @@ TEST(NearLinks, BetweenBoardsAsPathTracing) {
   const accuracy::PathTracer tracer(shelf.lit.kit.caster(), shelf.lit.kit.optics(), shelf.lit.sky);
   double truth = 0, mean = 0, squares = 0, walked_squares = 0;
   for (std::uint32_t t = 0; t < with.size(); t += 29) {
-    const TexelPoints grid = texel_points(shelf.lit.texels, shelf.lit.texels.texels[t]);
-    std::vector<accuracy::SurfacePoint> points;
-    for (std::uint32_t i = 0; i < grid.count; ++i) {
-      const auto at = atlas::point_at(shelf.lit.layout, grid.point[i].triangle, grid.point[i].at);
-      points.push_back({at.triangle, at.u, at.v, false});
-    }
-    const double want = tracer.irradiance(points, 8192, t).irradiance.g;
+    const double want = tracer.irradiance(shelf.lit.points_of(t), 8192, t).irradiance.g;
     const double got = static_cast<double>(with[t].g);
     truth += want;
     mean += got;

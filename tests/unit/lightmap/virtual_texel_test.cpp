@@ -143,12 +143,7 @@ TEST(VirtualTexel, SameLightAndLessNoise) {
     // Where the spot light itself falls, noise of direct light would hide the rest.
     const auto at = receiver_at(room.lit.kit.scene(), room.lit.layout, grid.point[0], 0);
     if (at.frame.position.y < 0.01f) continue;
-    std::vector<accuracy::SurfacePoint> points;
-    for (std::uint32_t i = 0; i < grid.count; ++i) {
-      const auto p = atlas::point_at(room.lit.layout, grid.point[i].triangle, grid.point[i].at);
-      points.push_back({p.triangle, p.u, p.v, false});
-    }
-    const double want = tracer.irradiance(points, 8192, t).irradiance.g;
+    const double want = tracer.irradiance(room.lit.points_of(t), 8192, t).irradiance.g;
     truth += want;
     mean += static_cast<double>(virtual_too[t].g);
     squares += std::pow(static_cast<double>(virtual_too[t].g) - want, 2);
