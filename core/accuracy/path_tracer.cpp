@@ -162,7 +162,8 @@ Rgb PathTracer::direct(const Vertex& at, bool punctual, Numbers& numbers,
         const Rgb e = lights_.punctual_irradiance(pick.light, at.frame.origin, at.frame.normal);
         if (!e.is_black()) {
           const Vec3f towards = lights_.position(pick.light) - at.frame.origin;
-          sum += e * visible(at, towards, 1, rays::kNoTriangle, rays) *
+          const float end = optics::shadow_end(towards, lift_);
+          sum += e * visible(at, towards, end, rays::kNoTriangle, rays) *
                  static_cast<float>(1 / pick.probability);
         }
       }

@@ -41,4 +41,12 @@ inline SurfaceFrame surface_frame(const scene::Scene& scene, std::uint32_t trian
   return frame;
 }
 
+/// Where a shadow ray along `to` ends, as a share of it: short of its end by as much as origins are
+/// lifted, and by the rounding of t at least, so that no plane that a lamp lies in shadows it.
+inline float shadow_end(const Vec3f& to, float lift) {
+  constexpr float kRounding = 4e-7f;
+  const float distance = length(to);
+  return 1.0f - (distance > lift ? std::max(kRounding, lift / distance) : 1.0f);
+}
+
 }  // namespace lightbatch::optics

@@ -18,8 +18,6 @@ using hierarchy::Hierarchy;
 /// Of asking a weak light at all. A walk from the root knows little of what is close to one lamp of
 /// many, so that it must not be small.
 constexpr double kLeastChance = 0.25;
-/// Shadow rays stop this far (relative) short of the light.
-constexpr float kShadowEnd = 1.0f - 4e-7f;
 
 /// A triangle does not light itself.
 bool is_own(const Emitter& e, const Receiver& at) {
@@ -136,6 +134,11 @@ DirectLight::DirectLight(const optics::Optics& optics, const rays::Caster& caste
       lift_(optics::lift_of(optics.scene())),
       filtered_(optics.filtered_count() > 0),
       shadows_(shadows) {}
+
+rays::Ray DirectLight::shadow_ray(const Receiver& at, const Vec3f& point) const {
+  const Vec3f to = point - at.frame.origin;
+  return {at.frame.origin, to, 0.0f, optics::shadow_end(to, lift_)};
+}
 
 Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
                          RayCounts& counts) const {
@@ -308,8 +311,7 @@ Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pi
 Rgb DirectLight::emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,
                                RayCounts& counts) const {
   ++(e.is_point() ? counts.punctual_shadow : counts.emitter_shadow);
-  return through({at.frame.origin, point - at.frame.origin, 0.0f, kShadowEnd}, at.triangle,
-                 e.triangle, counts);
+  return through(shadow_ray(at, point), at.triangle, e.triangle, counts);
 }
 
 Incident DirectLight::punctual(const Receiver& at, const PunctualLight& light,
@@ -329,15 +331,14 @@ Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& li
   if (!shadows_) return {1, 1, 1};
   ++counts.punctual_shadow;
   rays::Ray ray{at.frame.origin, light.towards(at.frame.origin)};
-  if (!light.is_directional()) ray.t_max = kShadowEnd;
+  if (!light.is_directional()) ray.t_max = optics::shadow_end(ray.direction, lift_);
   return through(ray, at.triangle, rays::kNoTriangle, counts);
 }
 
 Rgb DirectLight::point_visibility(const Receiver& at, const Vec3f& point, std::uint32_t triangle,
                                   RayCounts& counts) const {
   ++counts.hemisphere;
-  return through({at.frame.origin, point - at.frame.origin, 0.0f, kShadowEnd}, at.triangle, triangle,
-                 counts);
+  return through(shadow_ray(at, point), at.triangle, triangle, counts);
 }
 
 }  // namespace lightbatch::radiosity

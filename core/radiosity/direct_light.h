@@ -173,6 +173,7 @@ class DirectLight {
   Rgb emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,
                     RayCounts& counts) const;
   Rgb open_irradiance(const Emitter& e, const Receiver& at, RayCounts& counts) const;
+  rays::Ray shadow_ray(const Receiver& at, const Vec3f& point) const;
   Rgb through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b, RayCounts& counts) const;
 
   const optics::Optics* optics_;

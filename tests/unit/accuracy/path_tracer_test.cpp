@@ -144,6 +144,27 @@ TEST(PathTracer, PunctualLightsAsTheExtensionSays) {
   }
 }
 
+// A lamp in the very plane of a ceiling is not shadowed by it, wherever on the floor.
+TEST(PathTracer, LampInAPlaneOfTheScene) {
+  Floor scene;
+  const float height = 2.9f;
+  scene.kit.quad({Vec3f{-10, height, -10}, {10, height, -10}, {10, height, 10}, {-10, height, 10}},
+                 scene.kit.material(Rgb{}));
+  scene::Light lamp;
+  lamp.position = {0.3f, height, 0.1f};
+  lamp.intensity = {100, 100, 100};
+  scene.kit.scene().lights = {lamp};
+  scene.kit.finish();
+  const PathTracer tracer(scene.kit.caster(), scene.kit.optics(), kBlackSky);
+  for (int i = 0; i < 200; ++i) {
+    const float x = -9.7f + 0.097f * static_cast<float>(i), z = 0.37f * static_cast<float>(i % 20);
+    const PathSum sum = tracer.irradiance(std::vector{scene.at(x, z)}, 1, 1);
+    const Vec3d to = lamp.position - Vec3d{x, 0, z};
+    const double d2 = dot(to, to);
+    EXPECT_NEAR(sum.irradiance.r * d2 * std::sqrt(d2) / (100 * to.y), 1, 2e-5) << x << " " << z;
+  }
+}
+
 // 2,000 lamps of both kinds: the picked one times 1 / probability is the sum of all.
 TEST(PathTracer, ManyLampsAreUnbiased) {
   Floor floor;
