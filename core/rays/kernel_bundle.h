@@ -11,10 +11,10 @@ LB_INLINE unsigned meets_hull(const Packet& p, const WideNode& node) {
   V8f near = splat8(-0x1p-10f), far = splat8(1 + 0x1p-10f);
   for (std::size_t k = 0; k < 3; ++k) {
     const V8f lower = load8(node.lower[k]), upper = load8(node.upper[k]);
-    near = max8(madd8(lower, splat8(p.near_slope[k][0]), splat8(p.near_start[k][0])), near);
-    near = max8(madd8(upper, splat8(p.near_slope[k][1]), splat8(p.near_start[k][1])), near);
-    far = min8(madd8(lower, splat8(p.far_slope[k][0]), splat8(p.far_start[k][0])), far);
-    far = min8(madd8(upper, splat8(p.far_slope[k][1]), splat8(p.far_start[k][1])), far);
+    near = max8(madd8(lower, splat8(p.near_slope[0][k]), splat8(p.near_start[0][k])), near);
+    near = max8(madd8(upper, splat8(p.near_slope[1][k]), splat8(p.near_start[1][k])), near);
+    far = min8(madd8(lower, splat8(p.far_slope[0][k]), splat8(p.far_start[0][k])), far);
+    far = min8(madd8(upper, splat8(p.far_slope[1][k]), splat8(p.far_start[1][k])), far);
   }
   return mask8(near <= far);
 }
@@ -34,7 +34,7 @@ LB_INLINE unsigned meets_lanes(const Packet& p, const WideNode& node, std::size_
 }
 
 /// Which of the eight boxes one ray meets.
-LB_INLINE unsigned meets_boxes(const Packet& p, const WideNode& node, std::size_t lane) {
+LB_INLINE V8i meets_boxes(const Packet& p, const WideNode& node, std::size_t lane) {
   const float* planes = &node.lower[0][0];
   V8f near = splat8(p.lower[lane]), far = splat8(p.upper[lane]);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -47,7 +47,7 @@ LB_INLINE unsigned meets_boxes(const Packet& p, const WideNode& node, std::size_
         madd8(load8(planes + (k + 3 - 3 * backward) * kWidth), inv, splat8(p.far_offset[k][lane])),
         far);
   }
-  return mask8(near <= far);
+  return near <= far;
 }
 
 /// Which of the rays `active` meet each child; returns the children that any may meet.
@@ -62,15 +62,13 @@ LB_INLINE unsigned meets(const Packet& p, const WideNode& node, unsigned active,
     }
     return mask;
   }
-  alignas(16) std::uint8_t met[kLanes] = {};
-  mask = 0;
+  V8i met{};
   for (unsigned left = active; left != 0; left &= left - 1) {
-    const unsigned boxes = meets_boxes(p, node, lowest(left));
-    met[lowest(left)] = static_cast<std::uint8_t>(boxes);
-    mask |= boxes;
+    const std::size_t lane = lowest(left);
+    met |= meets_boxes(p, node, lane) & static_cast<std::int32_t>(1u << lane);
   }
-  columns16(met, lanes);
-  return mask;
+  std::memcpy(lanes, &met, sizeof met);
+  return mask8(met != 0);
 }
 
 /// Which of the rays the leaf's triangles stop, triangle by triangle. All of `lanes` met its box.
@@ -229,7 +227,7 @@ class Walk {
 
   LB_INLINE void look_at(const WideTree& tree, const WideNode& node, unsigned active) {
     const std::size_t old_size = size_, old_count = count_;
-    unsigned lanes[kWidth];
+    alignas(32) unsigned lanes[kWidth];
     // Every child is written; only those that count move the ends. So no branch asks.
     for (unsigned mask = meets(packet_, node, active, lanes); mask != 0; mask &= mask - 1) {
       const std::size_t k = lowest(mask);
@@ -265,6 +263,12 @@ class Walk {
   Part stack_[kStackSize + 1];
 };
 
+/// The first bundle of these segments will be asked for.
+LB_INLINE void prefetch_bundle(std::span<const Segment> segments) {
+  const auto bytes = std::as_bytes(segments.first(std::min(kLanes, segments.size())));
+  for (std::size_t i = 0; i < bytes.size(); i += 64) __builtin_prefetch(bytes.data() + i);
+}
+
 template <bool kGrids>
 LB_INLINE void cast_bundles_in(const WideTree& tree, std::span<const Segment> segments,
                                std::span<std::uint32_t> stopped) {
@@ -278,8 +282,9 @@ LB_INLINE void cast_bundles_in(const WideTree& tree, std::span<const Segment> se
   std::size_t begun = 0;
   const auto begin = [&](Place& place) {
     place.bundle = begun++;
-    const std::size_t first = place.bundle * kLanes;
-    place.walk.emplace(tree, segments.subspan(first, std::min(kLanes, segments.size() - first)));
+    const std::span<const Segment> rest = segments.subspan(place.bundle * kLanes);
+    if (begun < stopped.size()) prefetch_bundle(rest.subspan(kLanes));
+    place.walk.emplace(tree, rest.first(std::min(kLanes, rest.size())));
   };
   const std::size_t most = tree.data.size() > kCached ? kAtOnce : 1;
   std::size_t number = 0;

@@ -19,8 +19,9 @@ struct Packet {
   unsigned backward[3];
   std::size_t kx = 0, ky = 1, kz = 2;
   float span = 0;
-  // Hull: near = plane * slope + offset, from the lower plane (0) and from the upper one (1).
-  float near_slope[3][2], near_start[3][2], far_slope[3][2], far_start[3][2];
+  // Hull: near = plane * slope + start, from the lower plane (0) and from the upper one (1), for
+  // three axes.
+  float near_slope[2][4], near_start[2][4], far_slope[2][4], far_start[2][4];
 
   Packet(const WideTree& tree, std::span<const Segment> segments);
 
@@ -38,16 +39,26 @@ Packet::Packet(const WideTree& tree, std::span<const Segment> segments) {
 }
 
 void Packet::take(std::span<const Segment> segments) {
+  const auto segment = [&](std::size_t lane) LB_LAMBDA_INLINE -> const Segment& {
+    return segments[lane < segments.size() ? lane : 0];
+  };
+  static_assert(sizeof(Ray) == sizeof(V8f));
+  V8f low[8], high[8];
+  for (std::size_t i = 0; i < 8; ++i) {
+    low[i] = load8(&segment(i).ray.origin.x);
+    high[i] = load8(&segment(i + 8).ray.origin.x);
+  }
+  transpose8(low);
+  transpose8(high);
+  for (std::size_t k = 0; k < 3; ++k) {
+    store16(origin[k], join16(low[k], high[k]));
+    store16(direction[k], join16(low[k + 3], high[k + 3]));
+  }
+  store16(t_min, join16(low[6], high[6]));
+  store16(t_max, join16(low[7], high[7]));
   for (std::size_t i = 0; i < kLanes; ++i) {
-    const Segment& s = segments[i < segments.size() ? i : 0];
-    for (std::size_t k = 0; k < 3; ++k) {
-      origin[k][i] = s.ray.origin[k];
-      direction[k][i] = s.ray.direction[k];
-    }
-    t_min[i] = s.ray.t_min;
-    t_max[i] = s.ray.t_max;
-    exclude_a[i] = s.exclude_a;
-    exclude_b[i] = s.exclude_b;
+    exclude_a[i] = segment(i).exclude_a;
+    exclude_b[i] = segment(i).exclude_b;
   }
   const unsigned given = (1u << segments.size()) - 1;
   Wide sum = load16(t_max) - load16(t_max), largest = splat16(0);
@@ -82,45 +93,41 @@ void Packet::take(std::span<const Segment> segments) {
 }
 
 void Packet::make_hull(const WideTree& tree) {
-  // Lower bounds, and negated upper bounds, of origins and ends.
-  V4f corner[3];
+  // Of each axis the lower bounds, and the negated upper bounds, of origins and ends.
+  V4f corner[4];
   for (std::size_t k = 0; k < 3; ++k) {
     const Wide o = load16(origin[k]), e = madd16(load16(direction[k]), load16(t_max), o);
     const Wide zero = splat16(0);
     corner[k] = least_of_four(o, zero - o, e, zero - e);
-    const float most =
-        std::max(std::max(-corner[k][0], -corner[k][1]), std::max(-corner[k][2], -corner[k][3]));
-    const float least =
-        std::max(std::max(corner[k][0], corner[k][1]), std::max(corner[k][2], corner[k][3]));
-    span = std::max(span, std::max(most, least) + tree.reach[k]);
   }
-  float widest = -1;
-  for (std::size_t k = 0; k < 3; ++k) {
-    // Far more than any rounding here and of the ends.
-    const float pad = span * 0x1p-19f + 1e-36f;
-    const float starts[2] = {-corner[k][1] + pad, corner[k][0] - pad};  // highest, lowest origin
-    const float ends[2] = {-corner[k][3] + pad, corner[k][2] - pad};
-    const float run = std::abs(ends[0] + ends[1] - starts[0] - starts[1]);
-    if (run > widest) {
-      widest = run;
-      kz = k;
-    }
-    for (std::size_t side = 0; side < 2; ++side) {
-      float slope = ends[side] - starts[side];
-      const float least = span * 0x1p-40f + 1e-37f;
-      if (std::abs(slope) < least) slope = side == 0 ? least : -least;
-      const float inv = 1.0f / slope;
-      // The highest point must reach the lower plane, the lowest one the upper plane.
-      const bool bounds_near = (slope > 0) == (side == 0);
-      constexpr float kMost = std::numeric_limits<float>::max();
-      near_slope[k][side] = bounds_near ? inv : 0.0f;
-      near_start[k][side] = bounds_near ? -starts[side] * inv : -kMost;
-      far_slope[k][side] = bounds_near ? 0.0f : inv;
-      far_start[k][side] = bounds_near ? kMost : -starts[side] * inv;
-    }
-  }
+  corner[3] = corner[2];
+  transpose4(corner);
+  const V4f reach =
+      max4(max4(abs4(corner[0]), abs4(corner[1])), max4(abs4(corner[2]), abs4(corner[3]))) +
+      load4(tree.reach);
+  span = std::max(reach[0], std::max(reach[1], reach[2]));
+  // Far more than any rounding here and of the ends.
+  const float pad = span * 0x1p-19f + 1e-36f;
+  // Highest and lowest.
+  const V4f starts[2] = {pad - corner[1], corner[0] - pad};
+  const V4f ends[2] = {pad - corner[3], corner[2] - pad};
+  const V4f run = abs4(ends[0] + ends[1] - starts[0] - starts[1]);
+  kz = run[1] > run[0] ? (run[2] > run[1] ? 2 : 1) : (run[2] > run[0] ? 2 : 0);
   kx = (kz + 1) % 3;
   ky = (kz + 2) % 3;
+  const V4f least = splat4(span * 0x1p-40f + 1e-37f);
+  const V4f none = splat4(0), most = splat4(std::numeric_limits<float>::max());
+  for (std::size_t side = 0; side < 2; ++side) {
+    V4f slope = ends[side] - starts[side];
+    slope = abs4(slope) < least ? (side == 0 ? least : -least) : slope;
+    const V4f inv = 1.0f / slope, start = -starts[side] * inv;
+    // The highest point must reach the lower plane, the lowest one the upper plane.
+    const V4i bounds_near = side == 0 ? slope > none : slope < none;
+    store4(near_slope[side], bounds_near ? inv : none);
+    store4(near_start[side], bounds_near ? start : -most);
+    store4(far_slope[side], bounds_near ? none : inv);
+    store4(far_start[side], bounds_near ? most : start);
+  }
 }
 
 /// As BoxRay, for every lane.

@@ -59,6 +59,39 @@ LB_INLINE void permute8(std::uint32_t* to, const std::uint32_t* from, V8i places
   for (unsigned i = 0; i < 8; ++i) to[i] = from[places[i]];
 }
 #endif
+LB_INLINE void store4(float* p, V4f v) { std::memcpy(p, &v, sizeof v); }
+LB_INLINE V4f max4(V4f a, V4f b) { return a > b ? a : b; }
+/// Component j of row i becomes component i of row j.
+LB_INLINE void transpose4(V4f* rows) {
+  const V4f low01 = __builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5);
+  const V4f low23 = __builtin_shufflevector(rows[2], rows[3], 0, 4, 1, 5);
+  const V4f high01 = __builtin_shufflevector(rows[0], rows[1], 2, 6, 3, 7);
+  const V4f high23 = __builtin_shufflevector(rows[2], rows[3], 2, 6, 3, 7);
+  rows[0] = __builtin_shufflevector(low01, low23, 0, 1, 4, 5);
+  rows[1] = __builtin_shufflevector(low01, low23, 2, 3, 6, 7);
+  rows[2] = __builtin_shufflevector(high01, high23, 0, 1, 4, 5);
+  rows[3] = __builtin_shufflevector(high01, high23, 2, 3, 6, 7);
+}
+LB_INLINE void store8(float* p, V8f v) { std::memcpy(p, &v, sizeof v); }
+/// Component j of row i becomes component i of row j.
+LB_INLINE void transpose8(V8f* rows) {
+  V8f pairs[8], fours[8];
+  for (std::size_t i = 0; i < 8; i += 2) {
+    pairs[i] = __builtin_shufflevector(rows[i], rows[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
+    pairs[i + 1] = __builtin_shufflevector(rows[i], rows[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
+  }
+  for (std::size_t i = 0; i < 8; i += 4) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      const V8f a = pairs[i + k], b = pairs[i + k + 2];
+      fours[i + 2 * k] = __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
+      fours[i + 2 * k + 1] = __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    rows[i] = __builtin_shufflevector(fours[i], fours[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    rows[i + 4] = __builtin_shufflevector(fours[i], fours[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+}
 /// Descending. K. Batcher, Sorting Networks and Their Applications, AFIPS 1968.
 LB_INLINE V8i sorted_down(V8i v) {
   V8i other = __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);

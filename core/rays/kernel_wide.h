@@ -29,10 +29,14 @@ LB_INLINE Wide select16(unsigned mask, Wide a, Wide b) {
 LB_INLINE V8f half16(Wide a, bool upper) {
   return upper ? _mm512_extractf32x8_ps(a.v, 1) : _mm512_castps512_ps256(a.v);
 }
+LB_INLINE Wide join16(V8f low, V8f high) {
+  return {_mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1)};
+}
 #else
 struct Wide {
   V8f low, high;
 };
+LB_INLINE Wide join16(V8f low, V8f high) { return {low, high}; }
 LB_INLINE Wide load16(const float* p) { return {load8(p), load8(p + 8)}; }
 LB_INLINE void store16(float* p, Wide a) { std::memcpy(p, &a, sizeof a); }
 LB_INLINE Wide splat16(float x) { return {splat8(x), splat8(x)}; }
@@ -66,22 +70,6 @@ LB_INLINE Wide select16(unsigned mask, Wide a, Wide b) {
 }
 LB_INLINE V8f half16(Wide a, bool upper) { return upper ? a.high : a.low; }
 #endif
-
-/// Bit i of columns[k] is bit k of rows[i]; rows aligned to 16 bytes.
-LB_INLINE void columns16(const std::uint8_t* rows, unsigned* columns) {
-#ifdef LB_KERNEL_AVX2
-  // The shift moves bit k of each byte to where the mask is taken from.
-  __m128i v = _mm_load_si128(reinterpret_cast<const __m128i*>(rows));
-  for (std::size_t k = kWidth; k-- > 0; v = _mm_slli_epi16(v, 1)) {
-    columns[k] = static_cast<unsigned>(_mm_movemask_epi8(v));
-  }
-#else
-  for (unsigned k = 0; k < kWidth; ++k) {
-    columns[k] = 0;
-    for (unsigned i = 0; i < kLanes; ++i) columns[k] |= (rows[i] >> k & 1u) << i;
-  }
-#endif
-}
 
 /// The least lane of each of four vectors.
 LB_INLINE V4f least_of_four(Wide a, Wide b, Wide c, Wide d) {
