@@ -63,24 +63,24 @@ struct Place {
 }  // namespace
 
 BakeSettings settings_for(const Rungs& rungs, const SceneMeasure& scene, std::uint64_t seed) {
-  const Place direct(rungs.direct), indirect(rungs.indirect);
+  const Place direct(rungs.direct), first(rungs.first), gather(rungs.gather);
   BakeSettings settings;
   settings.target_error = rungs.target;
   settings.elements.edge = scene.reflecting_area > 0
-                               ? std::sqrt(scene.reflecting_area / indirect.mix(&Rung::elements))
+                               ? std::sqrt(scene.reflecting_area / first.mix(&Rung::elements))
                                : 1.0;
-  settings.solver.rays = indirect.whole(&Rung::stored_rays);
-  settings.solver.direct_samples = indirect.whole(&Rung::direct_samples);
+  settings.solver.rays = first.whole(&Rung::stored_rays);
+  settings.solver.direct_samples = first.whole(&Rung::direct_samples);
   settings.solver.tolerance = std::min(1e-4, 0.01 * rungs.target);
   settings.solver.seed = seed;
-  settings.gather.rays = indirect.whole(&Rung::gather_rays);
+  settings.gather.rays = gather.whole(&Rung::gather_rays);
   settings.gather.block = rungs.target < kFineSharing ? 4 : 8;
   settings.gather.tolerance = kSharingShare * rungs.target;
   settings.gather.reach = std::clamp(3.2 * std::sqrt(rungs.target), 0.25, 1.0);
   settings.gather.virtual_rays = std::max(4, settings.gather.rays / kRaysOverVirtualRays);
   settings.gather.virtual_lights =
       std::clamp(kVirtualLightsPerRay * settings.gather.rays, kFewestVirtual, kMostVirtual);
-  settings.gather.linked = std::min(1.0, kLinked * std::pow(0.05 / rungs.indirect, 0.75));
+  settings.gather.linked = std::min(1.0, kLinked * std::pow(0.05 / rungs.gather, 0.75));
   settings.gather.pilot_rays = direct.whole(&Rung::pilot_rays);
   settings.gather.direct_error = kEdgeShare * std::max(kFinestRung, rungs.direct);
   return settings;

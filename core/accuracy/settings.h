@@ -25,9 +25,10 @@ struct SceneMeasure {
 /// Where the ladder of settings is read for each part of the light. The ladder's own figures hold
 /// for an ordinary room; a pilot (see tuning.h) finds where a scene of its own kind has to read it.
 struct Rungs {
-  double target = 0.02;    // relRMSE that is asked for
-  double direct = 0.02;    // nominal error of direct light's settings
-  double indirect = 0.02;  // nominal error of the first stage's and the gather's settings
+  double target = 0.02;  // relRMSE that is asked for
+  double direct = 0.02;  // nominal error of direct light's settings
+  double first = 0.02;   // of the first stage's
+  double gather = 0.02;  // of the gather's
 };
 
 /// Ends of the ladder.
@@ -39,7 +40,7 @@ BakeSettings settings_for(const Rungs& rungs, const SceneMeasure& scene, std::ui
 
 /// The ladder's own figures for a target.
 inline BakeSettings settings_for(double target, const SceneMeasure& scene, std::uint64_t seed) {
-  return settings_for(Rungs{target, target, target}, scene, seed);
+  return settings_for(Rungs{target, target, target, target}, scene, seed);
 }
 
 }  // namespace lightbatch::accuracy

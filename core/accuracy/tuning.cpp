@@ -13,11 +13,6 @@ double cost_at(const PartPilot& pilot, double rung) {
   return rung > 0 ? pilot.cost * std::pow(pilot.rung / rung, pilot.growth.cost) : pilot.cost;
 }
 
-double rung_for(const PartPilot& pilot, double error) {
-  return pilot.error > 0 ? pilot.rung * std::pow(error / pilot.error, 1 / pilot.growth.error)
-                         : kCoarsestRung;
-}
-
 Growth growth_between(const PartPilot& coarse, const PartPilot& fine) {
   constexpr double kApart = 1.5;
   Growth growth = fine.growth;
@@ -35,28 +30,32 @@ Growth growth_between(const PartPilot& coarse, const PartPilot& fine) {
   return growth;
 }
 
-Rungs choose_rungs(double target, double allowed, const PartPilot& direct,
-                   const PartPilot& indirect) {
-  // The rung of a part that may bring this share of the square.
-  const auto rung_of = [&](const PartPilot& p, double share) {
-    return std::clamp(rung_for(p, allowed * std::sqrt(share)), kFinestRung, kCoarsestRung);
+std::vector<double> choose_rungs(double allowed, std::span<const PartChoice> parts) {
+  std::vector<double> rungs(parts.size());
+  // At one price of a square's last share; rungs coarsen as it falls. The sum of squares.
+  const auto choose = [&](double price) {
+    double squares = 0;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const PartPilot& p = parts[i].pilot;
+      rungs[i] = parts[i].coarsest;
+      if (!(p.error > 0)) continue;
+      // growth.cost / growth.error * cost / error^2 = price, solved for the rung.
+      const double at_pilot = p.growth.cost / p.growth.error * p.cost / (p.error * p.error);
+      const double times = std::pow(at_pilot / price, 1 / (p.growth.cost + 2 * p.growth.error));
+      rungs[i] = std::clamp(p.rung * times, parts[i].finest, parts[i].coarsest);
+      const double error = error_at(p, rungs[i]);
+      squares += error * error;
+    }
+    return squares;
   };
-  if (!(direct.error > 0) || !(indirect.error > 0)) {
-    return {target, rung_of(direct, 1), rung_of(indirect, 1)};
+  // Bisection on the logarithm of the price, over all that doubles hold of it.
+  double low = -300, high = 300;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = 0.5 * (low + high);
+    (choose(std::pow(10.0, middle)) > allowed * allowed ? low : high) = middle;
   }
-  // Bisection on the share of the square that direct light may bring: its marginal price falls with
-  // the share, the other's rises.
-  double low = 0, high = 1;
-  for (int i = 0; i < 60; ++i) {
-    const double share = 0.5 * (low + high);
-    const auto price = [&](const PartPilot& p, double part) {
-      const double rung = rung_for(p, allowed * std::sqrt(part));
-      return p.growth.cost / p.growth.error * cost_at(p, rung) / part;
-    };
-    (price(direct, share) > price(indirect, 1 - share) ? low : high) = share;
-  }
-  const double share = 0.5 * (low + high);
-  return {target, rung_of(direct, share), rung_of(indirect, 1 - share)};
+  choose(std::pow(10.0, high));
+  return rungs;
 }
 
 }  // namespace lightbatch::accuracy

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "core/accuracy/settings.h"
 
 namespace lightbatch::accuracy {
@@ -30,16 +33,19 @@ struct PartPilot {
 /// measured and the usual.
 Growth growth_between(const PartPilot& coarse, const PartPilot& fine);
 
-/// The cheapest rungs whose errors add (in squares) to `allowed`; at the optimum the squares stand
-/// as cost times growth.cost / growth.error (Lagrange). Each within the ladder. A part without
-/// error is read at the coarsest rung.
-Rungs choose_rungs(double target, double allowed, const PartPilot& direct,
-                   const PartPilot& indirect);
+/// A part to choose a rung for, within limits.
+struct PartChoice {
+  const PartPilot& pilot;
+  double finest = kFinestRung, coarsest = kCoarsestRung;
+};
+
+/// The cheapest rungs, one for each part, whose errors add (in squares) to `allowed`, or come as
+/// near as the limits let them; at the optimum the squares stand as cost times growth.cost /
+/// growth.error (Lagrange). A part without error is read at its coarsest rung.
+std::vector<double> choose_rungs(double allowed, std::span<const PartChoice> parts);
 
 /// Error and cost of a part when read at another rung.
 double error_at(const PartPilot& pilot, double rung);
 double cost_at(const PartPilot& pilot, double rung);
-/// The rung at which a part brings an error.
-double rung_for(const PartPilot& pilot, double error);
 
 }  // namespace lightbatch::accuracy

@@ -297,13 +297,21 @@ class IndirectMap {
 
   void fill(const Block& b) {
     std::array<std::uint32_t, 4> corner{};
-    for (std::size_t i = 0; i < 4; ++i) corner[i] = texel_at(b, corners(b)[i][0], corners(b)[i][1]);
+    float nearest = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < 4; ++i) {
+      corner[i] = texel_at(b, corners(b)[i][0], corners(b)[i][1]);
+      nearest = std::min(nearest, texel_[corner[i]].distance);
+    }
     for (int y = b.y0; y <= b.y1; ++y) {
       for (int x = b.x0; x <= b.x1; ++x) {
         const std::uint32_t t = texel_at(b, x, y);
         if (state_[t] != kUnknown && state_[t] != kShared) continue;
+        // A corner may be shared itself, in a larger block.
+        if (std::find(corner.begin(), corner.end(), t) != corner.end()) continue;
         const std::array<float, 4> share = shares(b, x, y);
         texel_[t].irradiance = {};
+        texel_[t].normal = texel_[corner[0]].normal;
+        texel_[t].distance = nearest;
         for (Rgb& part : by_group_.of(t)) part = {};
         for (std::size_t i = 0; i < 4; ++i) {
           texel_[t].irradiance += texel_[corner[i]].irradiance * share[i];

@@ -15,8 +15,8 @@ struct GatheredTexel {
   Rgb irradiance;      // lux
   float variance = 0;  // of the mean of the channels, estimated from the gather's own halves; 0:
                        // not gathered (shared)
-  Vec3f normal;        // of gathered texels
-  float distance = 0;  // harmonic mean length of the rays, metres
+  Vec3f normal;        // shared texels: as at a corner of their block
+  float distance = 0;  // harmonic mean length of the rays, metres; shared: the corners' least
   bool gathered = false;
   bool covered = false;  // something is closer above it than the texel's edge
 };

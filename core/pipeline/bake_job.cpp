@@ -14,7 +14,7 @@
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/light_groups_json.h"
 #include "core/pipeline/light_stage.h"
-#include "core/pipeline/pilot.h"
+#include "core/pipeline/tune.h"
 #include "core/pipeline/plan_cost.h"
 #include "core/pipeline/probe_stage.h"
 #include "core/pipeline/pvs_stage.h"

@@ -44,10 +44,10 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
   if (quote.pilots.size() > 1) {
     Pilot& coarse = quote.pilots.front().pilot;
     Pilot& fine = quote.pilots.back().pilot;
-    fine.direct.growth = accuracy::growth_between(coarse.direct, fine.direct);
-    fine.indirect.growth = accuracy::growth_between(coarse.indirect, fine.indirect);
-    coarse.direct.growth = fine.direct.growth;
-    coarse.indirect.growth = fine.indirect.growth;
+    for (const auto part : {&Pilot::direct, &Pilot::indirect}) {
+      (fine.*part).growth = accuracy::growth_between(coarse.*part, fine.*part);
+      (coarse.*part).growth = (fine.*part).growth;
+    }
   }
   const auto price_from = [&](const Tuned& tuned, double target) {
     const Pilot& pilot = tuned.pilot;
@@ -57,7 +57,7 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
     // A pilot starts at its target's own rungs.
     const double own =
         tuned.seconds * std::pow(tuned.rungs.target / target, pilot.indirect.growth.cost);
-    const double spared = reuses ? solve_seconds_at(pilot, rungs) : 0;
+    const double spared = reuses ? stage_seconds_at(pilot, rungs) : 0;
     return Price{target, error_at(pilot, rungs), before + own + rest - spared, rest};
   };
   for (const double target : kQuotedErrors) {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/pipeline/light_stage.h"
-#include "core/pipeline/pilot.h"
+#include "core/pipeline/tune.h"
 
 namespace lightbatch::pipeline {
 

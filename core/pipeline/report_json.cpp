@@ -300,7 +300,8 @@ Json report_expected(const Tuned& tuned) {
   return {{"error", error_at(tuned.pilot, tuned.rungs)},
           {"excess", tuned.pilot.excess},
           {"direct", part(tuned.pilot.direct, tuned.rungs.direct)},
-          {"indirect", part(tuned.pilot.indirect, tuned.rungs.indirect)}};
+          {"indirect", part(tuned.pilot.indirect, tuned.rungs.gather)},
+          {"first_stage", {{"rung", tuned.rungs.first}}}};
 }
 
 void report_counters(Json& report, const Prepared& p, const LightBake& bake) {

@@ -25,7 +25,7 @@
 #include "core/lightmap/texel_points.h"
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/light_stage.h"
-#include "core/pipeline/pilot.h"
+#include "core/pipeline/tune.h"
 
 namespace {
 
@@ -107,20 +107,23 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", places.status().to_string().c_str());
     return 3;
   }
-  accuracy::Rungs rungs{options.target_error, options.target_error, options.target_error};
+  accuracy::Rungs rungs{options.target_error, options.target_error, options.target_error,
+                        options.target_error};
   std::shared_ptr<const pipeline::FirstStage> first;  // the pilot's; --fresh: not taken
   if (!option.contains("--untuned")) {
+    clock.start("pilot");
     const auto tuned = pipeline::tune(options, p, *places, options.target_error, silent);
+    clock.stop();
     rungs = tuned->rungs;
     if (!option.contains("--fresh")) first = tuned->first;
-    clock.start("pilot");
-    clock.stop();
-    std::printf("direct: error %.3f %% at rung %.3f %%, read at %.3f %%; cost %.3g rays\n",
-                100 * tuned->pilot.direct.error, 100 * tuned->pilot.direct.rung, 100 * rungs.direct,
-                tuned->pilot.direct.cost);
-    std::printf("indirect: error %.3f %% at rung %.3f %%, read at %.3f %%; cost %.3g rays\n",
-                100 * tuned->pilot.indirect.error, 100 * tuned->pilot.indirect.rung,
-                100 * rungs.indirect, tuned->pilot.indirect.cost);
+    const auto show = [](const char* name, const accuracy::PartPilot& part, double rung) {
+      std::printf("%s: error %.3f %% at rung %.3f %%, read at %.3f %%; cost %.3g rays\n", name,
+                  100 * part.error, 100 * part.rung, 100 * rung, part.cost);
+    };
+    show("direct", tuned->pilot.direct, rungs.direct);
+    show("indirect", tuned->pilot.indirect, rungs.gather);
+    std::printf("first stage at rung %.3f %%, read at %.3f %%; cost %.3g rays\n",
+                100 * tuned->pilot.stage_rung, 100 * rungs.first, tuned->pilot.stage_rays);
     std::printf("excess %.2f\n", tuned->pilot.excess);
     std::printf("expected %.3f %%, %.2f s\n", 100 * pipeline::error_at(tuned->pilot, rungs),
                 pipeline::seconds_at(tuned->pilot, rungs));

@@ -7,37 +7,55 @@
 namespace lightbatch::accuracy {
 namespace {
 
-double price(const PartPilot& direct, const PartPilot& indirect, double d, double n) {
-  return cost_at(direct, d) + cost_at(indirect, n);
-}
+constexpr double kAllowed = 0.015;
+const PartPilot kDirect{0.02, 0.01, 1e6, kDirectGrowth};
+const PartPilot kIndirect{0.02, 0.03, 2e7, kIndirectGrowth};
 
 TEST(Tuning, TheChoiceUsesUpWhatIsAllowed) {
-  const PartPilot direct{0.02, 0.01, 1e6, kDirectGrowth};
-  const PartPilot indirect{0.02, 0.03, 2e7, kIndirectGrowth};
-  const Rungs rungs = choose_rungs(0.02, 0.015, direct, indirect);
-  // By the model exactly; equality up to rounding.
-  EXPECT_NEAR(std::hypot(error_at(direct, rungs.direct), error_at(indirect, rungs.indirect)), 0.015,
+  const PartChoice parts[] = {{kDirect}, {kIndirect}};
+  const auto rungs = choose_rungs(kAllowed, parts);
+  // By the model exactly; equality up to the bisection's last step.
+  EXPECT_NEAR(std::hypot(error_at(kDirect, rungs[0]), error_at(kIndirect, rungs[1])), kAllowed,
               1e-12);
 }
 
 TEST(Tuning, NoOtherSplitIsCheaper) {
-  const PartPilot direct{0.02, 0.01, 1e6, kDirectGrowth};
-  const PartPilot indirect{0.02, 0.03, 2e7, kIndirectGrowth};
-  const double allowed = 0.015;
-  const Rungs best = choose_rungs(0.02, allowed, direct, indirect);
-  const double least = price(direct, indirect, best.direct, best.indirect);
-  for (int i = 1; i < 100; ++i) {
-    const double share = i / 100.0;
-    const double d = rung_for(direct, allowed * std::sqrt(share));
-    const double n = rung_for(indirect, allowed * std::sqrt(1 - share));
-    EXPECT_GE(price(direct, indirect, d, n), least * (1 - 1e-9)) << share;
+  const PartPilot third{0.05, 0.008, 3e6, {0.6, 1.3}};
+  const PartChoice parts[] = {{kDirect}, {kIndirect}, {third}};
+  const auto best = choose_rungs(kAllowed, parts);
+  const auto price = [&](double direct, double indirect, double other) {
+    return cost_at(kDirect, direct) + cost_at(kIndirect, indirect) + cost_at(third, other);
+  };
+  // The rung at which a part brings an error.
+  const auto rung = [](const PartPilot& p, double error) {
+    return p.rung * std::pow(error / p.error, 1 / p.growth.error);
+  };
+  const double least = price(best[0], best[1], best[2]);
+  for (int i = 1; i < 50; ++i) {
+    for (int k = 1; i + k < 50; ++k) {
+      const double a = i / 50.0, b = k / 50.0;
+      EXPECT_GE(
+          price(rung(kDirect, kAllowed * std::sqrt(a)), rung(kIndirect, kAllowed * std::sqrt(b)),
+                rung(third, kAllowed * std::sqrt(1 - a - b))),
+          least * (1 - 1e-9))
+          << a << " " << b;
+    }
   }
 }
 
+TEST(Tuning, ALimitedPartLeavesTheRestToTheOthers) {
+  const PartChoice parts[] = {{kDirect, 0.02, 0.02}, {kIndirect}};
+  const auto rungs = choose_rungs(kAllowed, parts);
+  EXPECT_EQ(rungs[0], 0.02);
+  EXPECT_NEAR(std::hypot(error_at(kDirect, 0.02), error_at(kIndirect, rungs[1])), kAllowed, 1e-12);
+}
+
 TEST(Tuning, APartWithoutErrorIsReadCoarsely) {
-  const Rungs rungs = choose_rungs(0.02, 0.015, {0.02, 0, 0, {1, 1}}, {0.02, 0.03, 2e7, {1, 1}});
-  EXPECT_EQ(rungs.direct, kCoarsestRung);
-  EXPECT_NEAR(rungs.indirect, 0.01, 1e-12);
+  const PartPilot none{0.02, 0, 0, {1, 1}}, some{0.02, 0.03, 2e7, {1, 1}};
+  const PartChoice parts[] = {{none}, {some}};
+  const auto rungs = choose_rungs(kAllowed, parts);
+  EXPECT_EQ(rungs[0], kCoarsestRung);
+  EXPECT_NEAR(rungs[1], 0.01, 1e-12);
 }
 
 TEST(Tuning, GrowthComesFromTwoPilots) {
@@ -55,10 +73,9 @@ TEST(Tuning, GrowthComesFromTwoPilots) {
 }
 
 TEST(Tuning, StaysOnTheLadder) {
-  const Rungs hopeless =
-      choose_rungs(0.02, 1e-9, {0.02, 0.5, 1e6, {1, 1}}, {0.02, 0.5, 1e6, {1, 1}});
-  EXPECT_EQ(hopeless.direct, kFinestRung);
-  EXPECT_EQ(hopeless.indirect, kFinestRung);
+  const PartPilot large{0.02, 0.5, 1e6, {1, 1}};
+  const PartChoice parts[] = {{large}, {large}};
+  for (const double rung : choose_rungs(1e-9, parts)) EXPECT_EQ(rung, kFinestRung);
 }
 
 TEST(Settings, FinerRungsAskForMoreOfEverything) {
