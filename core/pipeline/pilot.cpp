@@ -38,7 +38,7 @@ Rungs rungs_for(const Pilot& pilot, double target) {
   const double stage = rays > 0 && pilot.stage_rays > 0
                            ? pilot.stage_rung * std::pow(pilot.stage_rays / rays, 1 / kStageGrowth)
                            : kCoarsestStage;
-  return {target, rungs[0], std::clamp(stage, std::min(finest, kCoarsestStage), kCoarsestStage),
+  return {target, rungs[0], std::clamp(stage, std::min(rungs[1], kCoarsestStage), kCoarsestStage),
           rungs[1]};
 }
 

@@ -19,8 +19,8 @@ struct Pilot {
 };
 
 /// The cheapest rungs that meet a target, with room for what a pilot does not see. The first stage
-/// takes a fixed part of the gather's rays: where it leaves less than rays do nothing is lost that
-/// counts, where it leaves more, finer rungs refine it too.
+/// takes a fixed part of the gather's rays, at the gather's rung at most: where it leaves less than
+/// rays do nothing is lost that counts, where it leaves more, finer rungs refine it too.
 accuracy::Rungs rungs_for(const Pilot& pilot, double target);
 
 /// relRMSE expected at other rungs.

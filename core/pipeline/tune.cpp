@@ -22,8 +22,10 @@ constexpr int kPatch = 16;
 constexpr double kFirstGather = 1.6;
 constexpr double kFirstStage = 4;
 constexpr double kCoarsestStage = 0.15;
-/// A choice within this factor of the pilot's rung is believed.
+/// A choice within this factor of the pilot's rung is believed; of the first stage, whose error is
+/// the smaller part, within another.
 constexpr double kNear = 2.0;
+constexpr double kNearStage = 3.0;
 /// A first stage serves rungs down to this part of its own.
 constexpr double kFineEnough = 1.4;
 constexpr int kMostRounds = 2;
@@ -79,7 +81,7 @@ class Tuner {
       LB_ASSIGN_OR_RETURN(tuned.pilot, pilot(at));
       tuned.rungs = rungs_for(tuned.pilot, target);
       if (near(at.direct, tuned.rungs.direct) && near(at.gather, tuned.rungs.gather) &&
-          at.first < kNear * tuned.rungs.first) {
+          at.first < kNearStage * tuned.rungs.first) {
         break;
       }
     }

@@ -7,7 +7,9 @@
 // with the hits kept.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/base/parallel.h"
 #include "core/radiosity/area_sum.h"
@@ -20,13 +22,33 @@ namespace {
 
 constexpr int kMaxIterations = 400;
 
-/// first / held per channel; 1 where nothing is held, and never a wild step.
-Rgbd correction(const Rgbd& first, const Rgbd& held) {
-  const auto ratio = [](double f, double h) {
-    return h > 0 && f > 0 ? std::clamp(f / h, 1e-3, 1e3) : 1.0;
-  };
-  return {ratio(first.r, held.r), ratio(first.g, held.g), ratio(first.b, held.b)};
-}
+/// Energy correction of one channel. With few rays small bright elements may be hit too often, so
+/// that what is held seems to be nothing, or less: factors that do not settle are left out, and
+/// after some of these all further ones; iteration alone converges, as no element takes more than
+/// all of what it sees.
+class Correction {
+ public:
+  /// first / held; 1 where nothing is held, and never a wild step.
+  double operator()(double first, double held) {
+    if (failures_ >= kMostFailures) return 1;
+    const double factor =
+        held > 0 && first > 0 ? std::clamp(first / held, 1 / kMostFactor, kMostFactor) : 1.0;
+    const double off = std::fabs(std::log(factor));
+    const bool settles = off <= kSettling * last_;
+    last_ = off;
+    if (settles) return factor;
+    ++failures_;
+    return 1;
+  }
+
+ private:
+  static constexpr double kMostFactor = 1e3;
+  /// Of the factor before, in logarithms. The first is taken.
+  static constexpr double kSettling = 0.9;
+  static constexpr int kMostFailures = 5;
+  double last_ = std::numeric_limits<double>::infinity();
+  int failures_ = 0;
+};
 
 /// B = B0 + rho K B (and tau K B of what lies behind), solved in place.
 class StoredRaySystem {
@@ -51,6 +73,7 @@ class StoredRaySystem {
     // What the first bounce brings in all: sum A rho K B0.
     const Rgbd first_bounce = area_sum(elements_, [&](ElementId e) { return bounced(e, start); });
     std::vector<Rgb> next(count), indirect(count);
+    std::array<Correction, 3> correct;
     for (int iteration = 1; iteration <= kMaxIterations; ++iteration) {
       if (progress.cancelled()) return cancelled();
       sweep(start, radiosity, next);
@@ -66,7 +89,8 @@ class StoredRaySystem {
       for (ElementId e = 0; e < count; ++e) indirect[e] = radiosity[e] - start[e];
       const Rgbd held = area_sum(
           elements_, [&](ElementId e) { return to_double(indirect[e]) - bounced(e, indirect); });
-      const Rgbd scale = correction(first_bounce, held);
+      const Rgbd scale{correct[0](first_bounce.r, held.r), correct[1](first_bounce.g, held.g),
+                       correct[2](first_bounce.b, held.b)};
       for (ElementId e = 0; e < count; ++e) {
         radiosity[e] = start[e] + indirect[e] * to_float(scale);
       }

@@ -1,0 +1,55 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/base/random.h"
+#include "core/radiosity/solver.h"
+#include "tests/unit/accuracy/scene_kit.h"
+
+namespace lightbatch::radiosity {
+namespace {
+
+using accuracy::SceneKit;
+
+/// Few rays of a large floor land on small leaves above it: by these rays a leaf sends the floor
+/// hundreds of times the light that it has, so that a balance of energy over all elements tells
+/// nothing. No element takes more than all of what it sees, though, so that the answer is bounded.
+TEST(StoredRays, SettleWhereFewRaysFindSmallElements) {
+  constexpr float kReflectance = 0.8f;
+  SceneKit kit;
+  const std::uint32_t white = kit.material(Rgb::grey(kReflectance), Rgb{});
+  kit.quad({Vec3f{-10, 0, 10}, {10, 0, 10}, {10, 0, -10}, {-10, 0, -10}}, white);
+  Random random(7);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3f at{18 * random.next_float() - 9, 0.1f + random.next_float(),
+                   18 * random.next_float() - 9};
+    const Vec3f u{0.2f * random.next_float(), 0.2f * random.next_float() - 0.1f, 0.1f};
+    const Vec3f v{0.1f, 0.2f * random.next_float() - 0.1f, 0.2f * random.next_float()};
+    kit.quad({at, at + u, at + u + v, at + v}, white);
+  }
+  kit.finish();
+  const LightSources sources(kit.scene(), kit.optics(), {});
+  const DirectLight direct(kit.optics(), kit.caster(), sources);
+  const Elements elements(kit.scene(), kit.tree(), kit.optics(), {20, 4'000'000});
+  const ElementLookup lookup(kit.scene(), kit.caster(), elements, direct.lift());
+  const optics::Environment sky(Rgb::grey(1));
+  const SolverInput input{
+      kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky, lookup, 0};
+  for (const int rays : {2, 4, 8, 16, 24}) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      SolverOptions options;
+      options.rays = rays;
+      options.seed = seed;
+      const auto solution = solve_stored_rays(input, options, Progress{});
+      ASSERT_TRUE(solution.ok());
+      EXPECT_LT(solution->statistics.residual, options.tolerance) << rays << " " << seed;
+      float most = 0;
+      for (const Rgb& e : solution->irradiance) most = std::max(most, e.max());
+      // The sky alone gives pi lux; all reflections together, 1 / (1 - rho) times as much.
+      EXPECT_LE(most, kPi / (1 - kReflectance) * 1.001f) << rays << " " << seed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightbatch::radiosity
