@@ -82,6 +82,23 @@ Figures figures_of(const Term& sum, double count, const MeanRule& rule) {
   return {sum.square / (3 * count) / (mean * mean), sum.residual / count / mean, mean};
 }
 
+struct Weighted {
+  double value = 0, weight = 0;
+};
+
+/// The value that `share` of the weight does not exceed.
+double quantile(std::vector<Weighted> values, double share) {
+  std::sort(values.begin(), values.end(),
+            [](const Weighted& a, const Weighted& b) { return a.value < b.value; });
+  double total = 0, below = 0;
+  for (const Weighted& v : values) total += v.weight;
+  for (const Weighted& v : values) {
+    below += v.weight;
+    if (below >= share * total) return v.value;
+  }
+  return values.back().value;
+}
+
 double root(double square) { return std::sqrt(std::max(0.0, square)); }
 
 /// BCa interval of one figure.
@@ -119,20 +136,24 @@ Certificate judge(std::span<const Probe> probes, std::span<const Halves> halves,
   const std::size_t count = halves.size();
   const double n = static_cast<double>(count);
   std::vector<Term> terms(count);
-  std::vector<double> sizes;
+  std::vector<Weighted> sizes;
   Term total;
   double value_sum = 0, observed = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Rgbd value = to_double(probes[i].value);
     const Rgbd r1 = halves[i].mean(0), r2 = halves[i].mean(1), r = (r1 + r2) / 2.0;
     const Rgbd residual = value - r;
-    terms[i] = {((value - r1) * (value - r2)).sum(), residual.sum() / 3, r.sum() / 3};
+    const double weight = probes[i].weight;
+    terms[i] = {weight * ((value - r1) * (value - r2)).sum(), weight * residual.sum() / 3,
+                weight * r.sum() / 3};
     total.square += terms[i].square;
     total.residual += terms[i].residual;
     total.truth += terms[i].truth;
-    value_sum += value.sum() / 3;
-    observed += (residual * residual).sum();
-    for (const double d : {residual.r, residual.g, residual.b}) sizes.push_back(std::abs(d));
+    value_sum += weight * value.sum() / 3;
+    observed += weight * (residual * residual).sum();
+    for (const double d : {residual.r, residual.g, residual.b}) {
+      sizes.push_back({std::abs(d), weight});
+    }
   }
   const MeanRule rule{map_mean, value_sum / n};
   const Figures figures = figures_of(total, n, rule);
@@ -174,10 +195,8 @@ Certificate judge(std::span<const Probe> probes, std::span<const Halves> halves,
   result.bias_high = bias_ends[1];
 
   const double true_share = observed > 0 ? std::clamp(total.square / observed, 0.0, 1.0) : 0;
-  const auto place = static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(sizes.size() - 1));
-  std::nth_element(sizes.begin(), sizes.begin() + place, sizes.end());
   if (figures.mean > 0) {
-    result.p95 = sizes[static_cast<std::size_t>(place)] * std::sqrt(true_share) / figures.mean;
+    result.p95 = quantile(std::move(sizes), 0.95) * std::sqrt(true_share) / figures.mean;
   }
   *noise_share = 1 - true_share;
   return result;

@@ -15,6 +15,7 @@ namespace lightbatch::accuracy {
 struct Probe {
   Rgb value;  // lux
   PointSource points;
+  double weight = 1;  // area-uniform density of probes over that which it was drawn by
 };
 
 struct CertificateOptions {
@@ -45,8 +46,9 @@ struct Certificate {
 };
 
 /// Spends paths until the interval decides against the target or the budget is gone. The probes
-/// must be drawn area-uniform and in random order: a prefix of them may be used. The same result
-/// for the same arguments on any number of threads. CANCELLED when asked to stop.
+/// must be drawn in random order, by area or by what their weights say (Horvitz and Thompson 1952):
+/// a prefix of them may be used. The same result for the same arguments on any number of threads.
+/// CANCELLED when asked to stop.
 Result<Certificate> certify(const PathTracer& tracer, std::span<const Probe> probes,
                             const CertificateOptions& options, const Progress& progress);
 

@@ -15,20 +15,39 @@ constexpr std::size_t kProbes = 8192;
 constexpr double kFewestPaths = 2e5;
 constexpr double kMostPaths = 8e6;
 
-/// Area-uniform texels in random order: one in each of kProbes equal parts of the surface, then
+/// Share of the probes that go to surface by its area; the others go by baked light, so that what
+/// is lit is judged where it is a small part of all surfaces.
+constexpr double kByArea = 0.5;
+
+/// Texels in random order: one in each of kProbes equal parts of a mixture of area and light, then
 /// shuffled. The probes read `places` when they are judged.
 std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const LightBake& light,
                                          std::uint64_t seed,
                                          const std::vector<std::uint8_t>* among = nullptr) {
   const auto& texels = places.texels.texels;
+  const auto area_of = [&](std::size_t t) {
+    return among == nullptr || (*among)[t] != 0 ? places.texels.surface_of(texels[t]) : 0.0;
+  };
+  const auto lux_of = [&](std::size_t t) {
+    return static_cast<double>(light.baked.irradiance[t].sum());
+  };
+  double area = 0, flux = 0;
+  for (std::size_t t = 0; t < texels.size(); ++t) {
+    area += area_of(t);
+    flux += area_of(t) * lux_of(t);
+  }
+  std::vector<accuracy::Probe> probes;
+  if (!(area > 0)) return probes;
+  // Density against that of area alone.
+  const auto density = [&](std::size_t t) {
+    return flux > 0 ? kByArea + (1 - kByArea) * lux_of(t) * area / flux : 1.0;
+  };
   std::vector<double> up_to(texels.size());
   double total = 0;
   for (std::size_t t = 0; t < texels.size(); ++t) {
-    if (among == nullptr || (*among)[t] != 0) total += places.texels.surface_of(texels[t]);
+    total += area_of(t) * density(t);
     up_to[t] = total;
   }
-  std::vector<accuracy::Probe> probes;
-  if (!(total > 0)) return probes;
   Random random(item_seed(seed, 0, 31));
   for (std::size_t k = 0; k < kProbes; ++k) {
     const double at = total * (static_cast<double>(k) + random.next_double()) / kProbes;
@@ -37,6 +56,7 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
         static_cast<std::size_t>(std::upper_bound(up_to.begin(), up_to.end(), at) - up_to.begin()));
     accuracy::Probe probe;
     probe.value = light.baked.irradiance[t];
+    probe.weight = 1 / density(t);
     probe.points = points_of(places, texels[t]);
     probes.push_back(std::move(probe));
   }

@@ -14,7 +14,7 @@ namespace lightbatch::pipeline {
 /// asked.
 accuracy::PointSource points_of(const LightmapPlaces& places, const atlas::Texel& texel);
 
-/// Stage "certify": judges area-uniform random texels by path tracing.
+/// Stage "certify": judges random texels, half by area and half by light, by path tracing.
 Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared& p,
                                       const LightmapPlaces& places, const LightBake& light,
                                       StageClock& clock, const Progress& progress);
