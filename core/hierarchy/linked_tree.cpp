@@ -11,6 +11,22 @@ namespace {
 
 constexpr std::size_t kGrain = 1024;  // subtrees
 
+/// Of a subtree in the arrays.
+struct Place {
+  std::uint32_t node, first;
+  bool operator==(const Place&) const = default;
+};
+
+void copy_subtree(const TreeArrays& in, Place from, TreeArrays& out, Place to,
+                  std::uint32_t count) {
+  for (std::uint32_t k = 0; k < 2 * count - 1; ++k) {
+    TreeNode node = in.nodes[from.node + k];
+    node.first += to.first - from.first;  // may wrap on its way
+    out.nodes[to.node + k] = node;
+  }
+  std::copy_n(in.primitives.begin() + from.first, count, out.primitives.begin() + to.first);
+}
+
 /// Whether a leaf below node `root` lies more than `levels` deeper.
 bool is_deeper(const TreeNodes& nodes, std::uint32_t root, int levels) {
   if (static_cast<std::int64_t>(nodes[root].count) - 1 <= levels) return false;
@@ -151,41 +167,13 @@ void LinkedTree::move(Slot from, Slot to) {
 
 struct LinkedTree::Part {
   Slot slot;
-  std::uint32_t place, first;
+  Place at;
   int depth;
 };
 
-void LinkedTree::copy_subtree(const Part& part, TreeArrays& out) const {
-  const std::uint32_t from = nodes_[part.slot].link & ~kLeaf, count = nodes_[part.slot].count;
-  const std::uint32_t from_first = tree_.nodes[from].first;
-  for (std::uint32_t k = 0; k < 2 * count - 1; ++k) {
-    TreeNode node = tree_.nodes[from + k];
-    node.first += part.first - from_first;  // may wrap on its way
-    out.nodes[part.place + k] = node;
-  }
-  std::copy_n(tree_.primitives.begin() + from_first, count, out.primitives.begin() + part.first);
-}
-
-TreeArrays LinkedTree::write() const {
-  TreeArrays out(nodes_[0].count);
-  const auto write_node = [&](const Part& part) {
-    const Node& node = nodes_[part.slot];
-    out.nodes[part.place] = {
-        {node.lower[0], node.lower[1], node.lower[2]},
-        part.first,
-        {-node.negated_upper[0], -node.negated_upper[1], -node.negated_upper[2]},
-        node.count};
-  };
-  const auto left_of = [&](const Part& part) {
-    return Part{nodes_[part.slot].link, part.place + 1, part.first, part.depth + 1};
-  };
-  const auto right_of = [&](const Part& part) {
-    const std::uint32_t on_left = nodes_[nodes_[part.slot].link].count;
-    return Part{nodes_[part.slot].link + 1, part.place + 2 * on_left, part.first + on_left,
-                part.depth + 1};
-  };
-  // The nodes of the top by this thread, the subtrees below by all.
-  std::vector<Part> open{{0, 0, 0, 0}}, leaves;
+bool LinkedTree::write(TreeArrays& tree) const {
+  // The top and, below it, the subtrees that it holds.
+  std::vector<Part> open{{0, {0, 0}, 0}}, inner, leaves;
   while (!open.empty()) {
     const Part part = open.back();
     open.pop_back();
@@ -193,23 +181,67 @@ TreeArrays LinkedTree::write() const {
       leaves.push_back(part);
       continue;
     }
-    write_node(part);
-    open.push_back(right_of(part));
-    open.push_back(left_of(part));
+    inner.push_back(part);
+    const Slot left = child(part.slot);
+    const auto [node, first] = part.at;
+    open.push_back({left + 1, {node + 2 * count(left), first + count(left)}, part.depth + 1});
+    open.push_back({left, {node + 1, first}, part.depth + 1});
   }
+  const auto root = [&](const Part& part) { return nodes_[part.slot].link & ~kLeaf; };
   const int too_deep = deterministic_reduce(
       leaves.size(), kGrain, 0,
       [&](std::size_t begin, std::size_t end) {
         int deep = 0;
         for (std::size_t i = begin; i < end; ++i) {
-          copy_subtree(leaves[i], out);
-          const std::uint32_t root = nodes_[leaves[i].slot].link & ~kLeaf;
-          deep += is_deeper(tree_.nodes, root, kMaxDepth - leaves[i].depth) ? 1 : 0;
+          const int levels = kMaxDepth - leaves[i].depth;
+          // Most have too few primitives to be looked at.
+          if (static_cast<std::int64_t>(count(leaves[i].slot)) - 1 <= levels) continue;
+          deep += is_deeper(tree.nodes, root(leaves[i]), levels) ? 1 : 0;
         }
         return deep;
       },
       [](int a, int b) { return a + b; });
-  return too_deep > 0 ? TreeArrays() : std::move(out);
+  if (too_deep > 0) return false;
+
+  struct Copy {
+    Place from, aside, to;
+    std::uint32_t count;
+  };
+  std::vector<Copy> copies;
+  std::uint32_t moved = 0;
+  for (const Part& part : leaves) {
+    const Place from{root(part), tree.nodes[root(part)].first};
+    copies.push_back({from, {2 * moved, moved}, part.at, count(part.slot)});
+    if (from != part.at) moved += count(part.slot);
+  }
+  const auto each_copy = [&](auto body) {
+    parallel_for(copies.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(copies[i]);
+    });
+  };
+  // Fresh memory costs more than a second copy of few.
+  if (moved <= count(0) / 2) {
+    TreeArrays aside(moved + 1);
+    each_copy([&](const Copy& c) {
+      if (c.from != c.to) copy_subtree(tree, c.from, aside, c.aside, c.count);
+    });
+    each_copy([&](const Copy& c) {
+      if (c.from != c.to) copy_subtree(aside, c.aside, tree, c.to, c.count);
+    });
+  } else {
+    TreeArrays out(count(0));
+    each_copy([&](const Copy& c) { copy_subtree(tree, c.from, out, c.to, c.count); });
+    tree = std::move(out);
+  }
+  for (const Part& part : inner) {
+    const Node& node = nodes_[part.slot];
+    tree.nodes[part.at.node] = {
+        {node.lower[0], node.lower[1], node.lower[2]},
+        part.at.first,
+        {-node.negated_upper[0], -node.negated_upper[1], -node.negated_upper[2]},
+        node.count};
+  }
+  return true;
 }
 
 }  // namespace lightbatch::hierarchy

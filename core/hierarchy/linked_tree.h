@@ -58,8 +58,10 @@ class LinkedTree {
   /// Nodes of `tree` with boxes smaller than `least_area` (half the surface), but not the root,
   /// become leaves. The tree is kept by reference.
   LinkedTree(const TreeArrays& tree, float least_area);
-  /// The tree depth-first, subtrees below leaves included. Empty if it is deeper than kMaxDepth.
-  TreeArrays write() const;
+  /// Puts the tree in the place of `tree`, the one that it was made from: depth-first, subtrees
+  /// below leaves included. False, and nothing done, if it is deeper than kMaxDepth; else this is
+  /// not to be used any more.
+  bool write(TreeArrays& tree) const;
 
   std::uint32_t slot_count() const { return static_cast<std::uint32_t>(nodes_.size()); }
   bool is_leaf(Slot i) const { return (nodes_[i].link & kLeaf) != 0; }
@@ -102,7 +104,6 @@ class LinkedTree {
   void refit_merged_cost(Slot i);
   void refit_to_root(Slot i);
   struct Part;
-  void copy_subtree(const Part& part, TreeArrays& out) const;
 
   const TreeArrays& tree_;
   std::vector<Node> nodes_;

@@ -222,9 +222,7 @@ void reinsert(TreeArrays& tree) {
     }
     for (const Slot i : to_clear) touched[i] = 0;
   }
-  if (!(linked.cost() < cost_before)) return;
-  TreeArrays written = linked.write();
-  if (!written.nodes.empty()) tree = std::move(written);
+  if (linked.cost() < cost_before) linked.write(tree);
 }
 
 }  // namespace lightbatch::hierarchy
