@@ -17,7 +17,7 @@ constexpr double kAim = 0.75;
 /// share: what has not fallen by then does not fall with rays.
 constexpr double kMostCare = 1.0 / 12;
 /// Rays of the first stage over the gather's.
-constexpr double kStageShare = 0.3;
+constexpr double kStageShare = 0.2;
 /// Its rays grow as the rung to minus this: elements and stored rays of the ladder.
 constexpr double kStageGrowth = 1.3;
 constexpr double kCoarsestStage = 0.15;
