@@ -10,8 +10,10 @@ namespace {
 using accuracy::Rungs;
 
 /// The error aimed at, against the target: the pilot's own error and the certificate's must fit
-/// between.
-constexpr double kAim = 0.75;
+/// between. Who asks for 1 % or less reads values off single texels: two standard errors of these
+/// must fit.
+constexpr double kAim = 0.75, kFineAim = 0.5;
+constexpr double kCoarseTarget = 0.02, kFineTarget = 0.01;
 /// Direct light is read at the target's own rung at most: edges of shadows are few, so that a map's
 /// error hardly knows of them, but they are looked at. No part is read at a finer rung than the
 /// share: what has not fallen by then does not fall with rays.
@@ -21,6 +23,12 @@ constexpr double kStageShare = 0.2;
 /// Its rays grow as the rung to minus this: elements and stored rays of the ladder.
 constexpr double kStageGrowth = 1.3;
 constexpr double kCoarsestStage = 0.15;
+
+double aim(double target) {
+  const double t =
+      std::clamp(std::log(target / kFineTarget) / std::log(kCoarseTarget / kFineTarget), 0.0, 1.0);
+  return target * (kFineAim + (kAim - kFineAim) * t);
+}
 
 double stage_rays_at(const Pilot& pilot, double rung) {
   return pilot.stage_rays * std::pow(pilot.stage_rung / rung, kStageGrowth);
@@ -33,7 +41,7 @@ Rungs rungs_for(const Pilot& pilot, double target) {
   const double coarsest = std::min(target, accuracy::kCoarsestRung);
   const std::array<accuracy::PartChoice, 2> parts{
       {{pilot.direct, std::min(finest, coarsest), coarsest}, {pilot.indirect, finest}}};
-  const auto rungs = accuracy::choose_rungs(kAim * target, parts);
+  const auto rungs = accuracy::choose_rungs(aim(target), parts);
   const double rays = kStageShare * accuracy::cost_at(pilot.indirect, rungs[1]);
   const double stage = rays > 0 && pilot.stage_rays > 0
                            ? pilot.stage_rung * std::pow(pilot.stage_rays / rays, 1 / kStageGrowth)
