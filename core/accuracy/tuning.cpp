@@ -39,9 +39,11 @@ std::vector<double> choose_rungs(double allowed, std::span<const PartChoice> par
       const PartPilot& p = parts[i].pilot;
       rungs[i] = parts[i].coarsest;
       if (!(p.error > 0)) continue;
-      // growth.cost / growth.error * cost / error^2 = price, solved for the rung.
+      // growth.cost / growth.error * cost / error^2 = price, solved for the rung. Where no cost is
+      // known, the pilot's own rung.
       const double at_pilot = p.growth.cost / p.growth.error * p.cost / (p.error * p.error);
-      const double times = std::pow(at_pilot / price, 1 / (p.growth.cost + 2 * p.growth.error));
+      const double times =
+          p.cost > 0 ? std::pow(at_pilot / price, 1 / (p.growth.cost + 2 * p.growth.error)) : 1.0;
       rungs[i] = std::clamp(p.rung * times, parts[i].finest, parts[i].coarsest);
       const double error = error_at(p, rungs[i]);
       squares += error * error;

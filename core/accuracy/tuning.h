@@ -15,7 +15,7 @@ struct Growth {
 };
 /// Samples of edges converge as N^-3/4.
 constexpr Growth kDirectGrowth{1.0, 4.0 / 3.0};
-/// Gather rays and elements together; measured: error falls as rays^-0.5 where a few bright patches
+/// First stage and gather together, cost of the gather alone; measured: error falls as rays^-0.5 where a few bright patches
 /// light a room, as rays^-0.75 in even light.
 constexpr Growth kIndirectGrowth{0.7, 1.2};
 
@@ -35,7 +35,7 @@ Growth growth_between(const PartPilot& coarse, const PartPilot& fine);
 
 /// A part to choose a rung for, within limits.
 struct PartChoice {
-  const PartPilot& pilot;
+  PartPilot pilot;
   double finest = kFinestRung, coarsest = kCoarsestRung;
 };
 

@@ -29,7 +29,7 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
     return among == nullptr || (*among)[t] != 0 ? places.texels.surface_of(texels[t]) : 0.0;
   };
   const auto lux_of = [&](std::size_t t) {
-    return static_cast<double>(light.baked.irradiance[t].sum());
+    return std::max(0.0, static_cast<double>(light.baked.irradiance[t].sum()));
   };
   double area = 0, flux = 0;
   for (std::size_t t = 0; t < texels.size(); ++t) {
@@ -38,7 +38,7 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
   }
   std::vector<accuracy::Probe> probes;
   if (!(area > 0)) return probes;
-  // Density against that of area alone.
+  // Density against that of area alone; weights are at most 1 / kByArea.
   const auto density = [&](std::size_t t) {
     return flux > 0 ? kByArea + (1 - kByArea) * lux_of(t) * area / flux : 1.0;
   };

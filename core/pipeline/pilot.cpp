@@ -20,9 +20,9 @@ constexpr double kCoarseTarget = 0.02, kFineTarget = 0.01;
 constexpr double kMostCare = 1.0 / 12;
 /// Rays of the first stage over the gather's.
 constexpr double kStageShare = 0.2;
-/// Its rays grow as the rung to minus this: elements and stored rays of the ladder.
+/// Its rays grow as the rung to minus this: elements and stored rays of the ladder between 5 and
+/// 2 %. At coarser rungs the ladder is steeper, but triangles, one element each at least, are not.
 constexpr double kStageGrowth = 1.3;
-constexpr double kCoarsestStage = 0.15;
 
 double aim(double target) {
   const double t =
@@ -32,6 +32,11 @@ double aim(double target) {
 
 double stage_rays_at(const Pilot& pilot, double rung) {
   return pilot.stage_rays * std::pow(pilot.stage_rung / rung, kStageGrowth);
+}
+
+/// What a part costs at another rung, over what it cost its pilot.
+double times(const accuracy::PartPilot& part, double rung) {
+  return part.cost > 0 ? accuracy::cost_at(part, rung) / part.cost : 1.0;
 }
 
 }  // namespace
@@ -59,15 +64,6 @@ double rays_at(const Pilot& pilot, const Rungs& rungs) {
   return accuracy::cost_at(pilot.direct, rungs.direct) +
          accuracy::cost_at(pilot.indirect, rungs.gather) + stage_rays_at(pilot, rungs.first);
 }
-
-namespace {
-
-/// What a part costs at another rung, over what it cost its pilot.
-double times(const accuracy::PartPilot& part, double rung) {
-  return part.cost > 0 ? accuracy::cost_at(part, rung) / part.cost : 1.0;
-}
-
-}  // namespace
 
 double stage_seconds_at(const Pilot& pilot, const Rungs& rungs) {
   return pilot.stage_rays > 0

@@ -5,6 +5,9 @@
 
 namespace lightbatch::pipeline {
 
+/// The first stage is never read at a coarser rung.
+constexpr double kCoarsestStage = 0.15;
+
 /// What baking a small share of the texels told about the whole.
 struct Pilot {
   /// Indirect: the error is that of first stage and gather together, rung and cost are the
@@ -19,8 +22,9 @@ struct Pilot {
 };
 
 /// The cheapest rungs that meet a target, with room for what a pilot does not see. The first stage
-/// takes a fixed part of the gather's rays, at the gather's rung at most: where it leaves less than
-/// rays do nothing is lost that counts, where it leaves more, finer rungs refine it too.
+/// takes a fixed part of the gather's rays, but is never read at a finer rung than the gather:
+/// where it leaves less than rays do nothing is lost that counts, where it leaves more, finer rungs
+/// refine it too.
 accuracy::Rungs rungs_for(const Pilot& pilot, double target);
 
 /// relRMSE expected at other rungs.

@@ -21,7 +21,6 @@ constexpr int kPatch = 16;
 /// Of the target: where the parts are first read. Most scenes are smooth.
 constexpr double kFirstGather = 1.6;
 constexpr double kFirstStage = 4;
-constexpr double kCoarsestStage = 0.15;
 /// A choice within this factor of the pilot's rung is believed; of the first stage, whose error is
 /// the smaller part, within another.
 constexpr double kNear = 2.0;
@@ -74,7 +73,8 @@ class Tuner {
 
   Result<Tuned> run(double target) {
     Tuned tuned;
-    tuned.rungs = {target, target, std::min(kFirstStage * target, kCoarsestStage),
+    tuned.rungs = {target, std::min(target, accuracy::kCoarsestRung),
+                   std::min(kFirstStage * target, kCoarsestStage),
                    std::min(kFirstGather * target, accuracy::kCoarsestRung)};
     for (int round = 0; round < kMostRounds && !areas_.empty(); ++round) {
       const Rungs at = tuned.rungs;
@@ -86,7 +86,7 @@ class Tuner {
       }
     }
     // What is there is used.
-    if (last_.at.first < kFineEnough * tuned.rungs.first) {
+    if (stage_ != nullptr && last_.at.first < kFineEnough * tuned.rungs.first) {
       tuned.first = stage_;
       tuned.rungs.first = last_.at.first;
     }

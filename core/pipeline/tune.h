@@ -14,7 +14,7 @@ struct Tuned {
 };
 
 /// Light of a fixed small share of the texels is baked twice, from other first stages and other
-/// rays, at coarse rungs; where the choice falls far from these, a third time there. The runs'
+/// rays, at coarse rungs; where the choice falls far from these, once or twice more. The runs'
 /// difference tells the error of both, path tracing what is wrong in both. Apart from the seconds,
 /// the same on every run. CANCELLED.
 Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,

@@ -28,24 +28,36 @@ constexpr int kMaxIterations = 400;
 /// all of what it sees.
 class Correction {
  public:
-  /// first / held; 1 where nothing is held, and never a wild step.
+  /// most: reflectance of all elements, transmittance included; all bounces bring at most
+  /// 1 / (1 - most) times the first.
+  explicit Correction(double most) : most_(std::min(most, kMostReflectance)) {}
+
+  /// first / held; 1 where nothing is held, and never more than all bounces.
   double operator()(double first, double held) {
-    if (failures_ >= kMostFailures) return 1;
+    if (has_given_up()) return 1;
     const double factor =
-        held > 0 && first > 0 ? std::clamp(first / held, 1 / kMostFactor, kMostFactor) : 1.0;
+        held > 0 && first > 0 ? std::clamp(first / held, 1 - most_, 1 / (1 - most_)) : 1.0;
     const double off = std::fabs(std::log(factor));
-    const bool settles = off <= kSettling * last_;
+    const bool settles = off <= kSettling * last_ || (off <= kSmall && off <= last_);
     last_ = off;
     if (settles) return factor;
     ++failures_;
     return 1;
   }
+  /// What an iteration that changed the light by a share leaves undone, as a share at most.
+  double residual(double change) const {
+    return has_given_up() ? change * most_ / (1 - most_) : std::max(change, last_);
+  }
 
  private:
-  static constexpr double kMostFactor = 1e3;
-  /// Of the factor before, in logarithms. The first is taken.
+  bool has_given_up() const { return failures_ >= kMostFailures; }
+
+  static constexpr double kMostReflectance = 0.999;  // light.md's clamp
+  /// Of the factor before, in logarithms. The first is taken, and small ones that do not grow.
   static constexpr double kSettling = 0.9;
+  static constexpr double kSmall = 0.05;
   static constexpr int kMostFailures = 5;
+  double most_;
   double last_ = std::numeric_limits<double>::infinity();
   int failures_ = 0;
 };
@@ -73,7 +85,8 @@ class StoredRaySystem {
     // What the first bounce brings in all: sum A rho K B0.
     const Rgbd first_bounce = area_sum(elements_, [&](ElementId e) { return bounced(e, start); });
     std::vector<Rgb> next(count), indirect(count);
-    std::array<Correction, 3> correct;
+    const Rgb most = most_sent_back();
+    std::array<Correction, 3> correct{Correction(most.r), Correction(most.g), Correction(most.b)};
     for (int iteration = 1; iteration <= kMaxIterations; ++iteration) {
       if (progress.cancelled()) return cancelled();
       sweep(start, radiosity, next);
@@ -96,9 +109,8 @@ class StoredRaySystem {
       }
       answer.iterations = iteration;
       const Rgbd relative = divide(change, size);
-      const Rgbd off = scale - Rgbd{1, 1, 1};
-      answer.residual =
-          std::max({relative.max(), std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
+      answer.residual = std::max({correct[0].residual(relative.r), correct[1].residual(relative.g),
+                                  correct[2].residual(relative.b)});
       if (answer.residual < options_.tolerance) break;
     }
     for (ElementId e = 0; e < count; ++e) {
@@ -108,6 +120,16 @@ class StoredRaySystem {
   }
 
  private:
+  /// The largest reflectance and transmittance, together, of all elements.
+  Rgb most_sent_back() const {
+    Rgb most;
+    for (ElementId e = 0; e < elements_.count(); ++e) {
+      const Rgb sent = elements_.reflectance(e) + elements_.transmittance(e);
+      most = {std::max(most.r, sent.r), std::max(most.g, sent.g), std::max(most.b, sent.b)};
+    }
+    return most;
+  }
+
   Rgbd bounced(ElementId e, const std::vector<Rgb>& x) const {
     return sent_back(elements_, e, [&](ElementId o) { return row_sum(links_, o, x); });
   }

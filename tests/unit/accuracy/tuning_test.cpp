@@ -58,6 +58,14 @@ TEST(Tuning, APartWithoutErrorIsReadCoarsely) {
   EXPECT_NEAR(rungs[1], 0.01, 1e-12);
 }
 
+TEST(Tuning, APartOfUnknownCostStaysWhereItIs) {
+  const PartPilot unpriced{0.02, 0.01, 0, {1, 1}};
+  const PartChoice parts[] = {{unpriced}, {kIndirect}};
+  const auto rungs = choose_rungs(kAllowed, parts);
+  EXPECT_EQ(rungs[0], 0.02);
+  EXPECT_NEAR(std::hypot(0.01, error_at(kIndirect, rungs[1])), kAllowed, 1e-12);
+}
+
 TEST(Tuning, GrowthComesFromTwoPilots) {
   // Error x0.5 and cost x3 for a rung x0.4.
   const Growth g =

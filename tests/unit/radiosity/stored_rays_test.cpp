@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/random.h"
 #include "core/radiosity/solver.h"
@@ -49,6 +50,43 @@ TEST(StoredRays, SettleWhereFewRaysFindSmallElements) {
       EXPECT_LE(most, kPi / (1 - kReflectance) * 1.001f) << rays << " " << seed;
     }
   }
+}
+
+/// Light that has to go a long way between white walls: corrections settle slowly, and are kept.
+TEST(StoredRays, ReachTheEndOfACorridor) {
+  SceneKit kit;
+  kit.box({0, 0, 0}, {1, 1, 12}, kit.material(Rgb::grey(0.95f)));
+  kit.quad(
+      {Vec3f{0.4f, 0.99f, 0.2f}, {0.6f, 0.99f, 0.2f}, {0.6f, 0.99f, 0.4f}, {0.4f, 0.99f, 0.4f}},
+      kit.material(Rgb::grey(0.5f), Rgb::grey(100)));
+  kit.finish();
+  const LightSources sources(kit.scene(), kit.optics(), {});
+  const DirectLight direct(kit.optics(), kit.caster(), sources);
+  const Elements elements(kit.scene(), kit.tree(), kit.optics(), {0.5, 4'000'000});
+  const ElementLookup lookup(kit.scene(), kit.caster(), elements, direct.lift());
+  const optics::Environment sky;
+  const SolverInput input{
+      kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky, lookup, 0};
+  const auto solve = [&](double tolerance) {
+    SolverOptions options;
+    options.rays = 64;
+    options.tolerance = tolerance;
+    auto solution = solve_stored_rays(input, options, Progress{});
+    EXPECT_TRUE(solution.ok());
+    EXPECT_LT(solution->statistics.residual, tolerance);
+    return std::move(*solution);
+  };
+  const Solution usual = solve(1e-4), exact = solve(1e-6);
+  // Iteration alone takes ln(19e4) / -ln 0.95 = 237.
+  EXPECT_LE(usual.statistics.iterations, 120);
+  double off = 0, all = 0;
+  for (ElementId e = 0; e < elements.count(); ++e) {
+    const auto area = static_cast<double>(elements.area(e));
+    off += area * static_cast<double>(std::fabs(usual.irradiance[e].g - exact.irradiance[e].g));
+    all += area * static_cast<double>(exact.irradiance[e].g);
+  }
+  // 1 / (1 - rho) times the tolerance.
+  EXPECT_LT(off, 20 * 1e-4 * all);
 }
 
 }  // namespace
