@@ -20,6 +20,9 @@ constexpr double kCoarseTarget = 0.02, kFineTarget = 0.01;
 constexpr double kMostCare = 1.0 / 12;
 /// Rays of the first stage over the gather's.
 constexpr double kStageShare = 0.2;
+/// Its rung over the gather's, at most: where texels are few against elements, the share is small,
+/// and what the first stage leaves would have to be made up for by rays.
+constexpr double kStageBehind = 2.0;
 /// Its rays grow as the rung to minus this: elements and stored rays of the ladder between 5 and
 /// 2 %. At coarser rungs the ladder is steeper, but triangles, one element each at least, are not.
 constexpr double kStageGrowth = 1.3;
@@ -51,8 +54,8 @@ Rungs rungs_for(const Pilot& pilot, double target) {
   const double stage = rays > 0 && pilot.stage_rays > 0
                            ? pilot.stage_rung * std::pow(pilot.stage_rays / rays, 1 / kStageGrowth)
                            : kCoarsestStage;
-  return {target, rungs[0], std::clamp(stage, std::min(rungs[1], kCoarsestStage), kCoarsestStage),
-          rungs[1]};
+  const double most = std::min(kCoarsestStage, kStageBehind * rungs[1]);
+  return {target, rungs[0], std::clamp(stage, std::min(rungs[1], most), most), rungs[1]};
 }
 
 double error_at(const Pilot& pilot, const Rungs& rungs) {

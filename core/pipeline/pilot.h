@@ -22,9 +22,9 @@ struct Pilot {
 };
 
 /// The cheapest rungs that meet a target, with room for what a pilot does not see. The first stage
-/// takes a fixed part of the gather's rays, but is never read at a finer rung than the gather:
-/// where it leaves less than rays do nothing is lost that counts, where it leaves more, finer rungs
-/// refine it too.
+/// takes a fixed part of the gather's rays, but is never read at a finer rung than the gather, nor
+/// at one much coarser: where it leaves less than rays do nothing is lost that counts, where it
+/// leaves more, finer rungs refine it too.
 accuracy::Rungs rungs_for(const Pilot& pilot, double target);
 
 /// relRMSE expected at other rungs.

@@ -27,7 +27,8 @@ constexpr double kNear = 2.0;
 constexpr double kNearStage = 3.0;
 /// A first stage serves rungs down to this part of its own.
 constexpr double kFineEnough = 1.4;
-constexpr int kMostRounds = 2;
+/// Each goes no further than the one before can be compared with: coarse runs mislead.
+constexpr int kMostRounds = 3;
 /// Rungs of the two runs of a pilot, the earlier one's over the later's; an earlier pilot's run at
 /// rungs within the limits serves as the earlier one.
 constexpr double kApart = 2.0;
@@ -77,7 +78,12 @@ class Tuner {
                    std::min(kFirstStage * target, kCoarsestStage),
                    std::min(kFirstGather * target, accuracy::kCoarsestRung)};
     for (int round = 0; round < kMostRounds && !areas_.empty(); ++round) {
-      const Rungs at = tuned.rungs;
+      Rungs at = tuned.rungs;
+      if (round > 0) {
+        at = {target, std::max(at.direct, last_.at.direct / kMostApart),
+              std::max(at.first, last_.at.first / kMostApart),
+              std::max(at.gather, last_.at.gather / kMostApart)};
+      }
       LB_ASSIGN_OR_RETURN(tuned.pilot, pilot(at));
       tuned.rungs = rungs_for(tuned.pilot, target);
       if (near(at.direct, tuned.rungs.direct) && near(at.gather, tuned.rungs.gather) &&
