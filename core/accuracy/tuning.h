@@ -15,8 +15,8 @@ struct Growth {
 };
 /// Samples of edges converge as N^-3/4.
 constexpr Growth kDirectGrowth{1.0, 4.0 / 3.0};
-/// First stage and gather together, cost of the gather alone; measured: error falls as rays^-0.5 where a few bright patches
-/// light a room, as rays^-0.75 in even light.
+/// First stage and gather together, cost of the gather alone; measured: error falls as rays^-0.5
+/// where a few bright patches light a room, as rays^-0.75 in even light.
 constexpr Growth kIndirectGrowth{0.7, 1.2};
 
 /// What a pilot measured of one part of the light at one place of the ladder.
