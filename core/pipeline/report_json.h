@@ -9,10 +9,10 @@
 #include "core/hierarchy/statistics.h"
 #include "core/pipeline/job.h"
 #include "core/pipeline/light_stage.h"
-#include "core/pipeline/tune.h"
 #include "core/pipeline/prepare.h"
 #include "core/pipeline/quote.h"
 #include "core/pipeline/stage_clock.h"
+#include "core/pipeline/tune.h"
 
 namespace lightbatch::pipeline {
 

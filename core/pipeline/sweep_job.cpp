@@ -6,9 +6,9 @@
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/light_stage.h"
-#include "core/pipeline/tune.h"
 #include "core/pipeline/quote.h"
 #include "core/pipeline/report_json.h"
+#include "core/pipeline/tune.h"
 #include "core/report/html.h"
 
 namespace lightbatch::pipeline {
