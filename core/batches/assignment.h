@@ -13,8 +13,14 @@ namespace lightbatch::batches {
 /// What decides which triangles may share a draw call.
 struct Key {
   std::uint32_t material = 0, layout = 0, page = scene::kNone;
+  std::uint32_t object = scene::kNone;  // of a blended one: viewers sort it among the others
   auto operator<=>(const Key&) const = default;
 };
+
+inline bool is_blended(const scene::Scene& scene, std::uint32_t object) {
+  const scene::Object& o = scene.objects[object];
+  return scene.materials[o.material].alpha_mode == scene::AlphaMode::kBlend;
+}
 
 /// Dense ids of the keys of triangles, and the share of vertices that each triangle brings.
 struct KeyMap {

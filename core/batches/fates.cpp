@@ -112,11 +112,15 @@ Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const
       leave(o, options.traits[o].keep);
     else if (scene.objects[o].triangle_count == 0)
       leave(o, "no triangle with an area");
-    else if (scene.materials[scene.objects[o].material].alpha_mode == scene::AlphaMode::kBlend)
-      leave(o, "blended: viewers sort it by object");
   }
 
   std::vector<Shared> meshes = shared_meshes(scene, keys, options, &fates.geometry_bytes);
+  for (const Shared& mesh : meshes) {
+    if (mesh.placements.size() < 2) continue;
+    for (const auto& objects : mesh.placements)
+      for (const std::uint32_t o : objects)
+        if (is_blended(scene, o) && fates.of_object[o] == Fate::kMerged) leave(o, kBlendedReason);
+  }
   const std::vector<std::uint32_t> users = meshes_of_keys(keys, scene, meshes);
   // The fewest bytes for each draw saved first.
   std::stable_sort(meshes.begin(), meshes.end(), [](const Shared& a, const Shared& b) {

@@ -13,6 +13,7 @@ enum class Fate : std::uint8_t { kMerged, kInstanced, kLeft };
 /// The objects of every placement (node, GPU instance) of a mesh, by primitive.
 using Placements = std::vector<std::vector<std::uint32_t>>;
 
+inline constexpr const char* kBlendedReason = "blended: viewers sort it by object";
 inline constexpr const char* kInstancedReason = "instanced: copies would exceed the allowed growth";
 
 /// What becomes of every object, before any cut: merged into batches, drawn by instance cells, or

@@ -12,6 +12,7 @@ KeyMap map_keys(const scene::Scene& scene, const BatchOptions& options) {
     const std::uint32_t object = scene.triangles[triangle].object;
     Key key;
     key.material = scene.objects[object].material;
+    if (is_blended(scene, object)) key.object = object;
     if (!options.traits.empty()) {
       key.layout = options.traits[object].layout;
       if (const std::uint32_t m = options.traits[object].material_class; m != scene::kNone)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <span>
 
@@ -15,6 +16,20 @@ std::vector<bool> merged_triangles(const scene::Scene& scene, const Fates& fates
   for (std::uint32_t t = 0; t < scene.triangles.size(); ++t)
     merged[t] = fates.of_object[scene.triangles[t].object] == Fate::kMerged;
   return merged;
+}
+
+/// Blended objects that the cut keeps in one piece stay in their nodes.
+void leave_whole_blended(const scene::Scene& scene, std::vector<std::uint32_t>& node_of,
+                         std::vector<Fate>& fate) {
+  for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
+    if (fate[o] != Fate::kMerged || !is_blended(scene, o)) continue;
+    const scene::Object& object = scene.objects[o];
+    const auto nodes = std::span(node_of).subspan(object.first_triangle, object.triangle_count);
+    if (std::adjacent_find(nodes.begin(), nodes.end(), std::not_equal_to<>()) != nodes.end())
+      continue;
+    std::fill(nodes.begin(), nodes.end(), scene::kNone);
+    fate[o] = Fate::kLeft;
+  }
 }
 
 /// Batches from the node of the cut that draws each triangle. number: by node, its batch or kNone.
@@ -196,11 +211,14 @@ void Problem::fill(const Prices& prices, BatchPlan& result) const {
       cuts_.nodes_of_triangles(solution, s.tree, s.keys, is_merged_);
   result.split_objects =
       keep_objects_whole(s.scene, s.keys, prices, s.max_vertices, s.views, node_of);
+  leave_whole_blended(s.scene, node_of, fate);
   std::vector<std::uint32_t> number;
   fill_batches(s.scene, s.keys, node_of, cuts_, number, result);
   fill_tree(cuts_, number, result);
   for (std::uint32_t o = 0; o < s.scene.objects.size(); ++o)
-    if (fate[o] == Fate::kLeft) result.left_alone.push_back({o, fates_.reason[o]});
+    if (fate[o] == Fate::kLeft)
+      result.left_alone.push_back(
+          {o, fates_.of_object[o] == Fate::kMerged ? kBlendedReason : fates_.reason[o]});
   const Frame frame = solve(prices);
   result.expected_draws = frame.draws;
   result.expected_triangles = frame.triangles;

@@ -95,6 +95,29 @@ TEST(Plan, BlendedAndPinnedObjectsAreLeftWithAReason) {
   EXPECT_EQ(p.left_alone[1].reason, "node extension X");
 }
 
+TEST(Plan, BlendedObjectsAreCutButNeverMerged) {
+  SceneBuilder builder;
+  const std::uint32_t glass = builder.add_material(scene::AlphaMode::kBlend);
+  builder.add_box({0, 0, 0}, {40, 1, 40});
+  const auto large = builder.add_box({0, 1, 0}, {40, 4, 40}, glass, 0, 40);
+  const auto small = builder.add_box({10, 1, 10}, {11, 2, 11}, glass);
+  const auto scene = builder.take();
+  Profile dear;
+  dear.triangle = 0.5;
+  const BatchPlan p = plan_of(scene, {}, dear);
+  expect_complete(scene, p);
+  ASSERT_EQ(p.left_alone.size(), 1u);
+  EXPECT_EQ(p.left_alone[0].object, small);
+  std::size_t parts = 0;
+  for (const Batch& batch : p.batches)
+    for (const Group& group : batch.groups)
+      if (group.material == glass) {
+        ++parts;
+        EXPECT_EQ(group.pieces.front().object, large);
+      }
+  EXPECT_GT(parts, 4u);
+}
+
 /// 40 copies of a mesh of 12 cells^2 triangles far apart, and one 12-triangle box.
 scene::Scene instanced_scene(int cells, bool own_material = false) {
   SceneBuilder builder;

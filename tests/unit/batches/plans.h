@@ -24,9 +24,12 @@ inline void expect_complete(const scene::Scene& scene, const BatchPlan& plan) {
   std::vector<int> times(scene.triangles.size(), 0);
   for (const Batch& batch : plan.batches) {
     Aabb all;
-    std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> keys;
+    std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>> keys;
     for (const Group& group : batch.groups) {
-      EXPECT_TRUE(keys.insert({group.material, group.layout, group.page}).second);
+      const bool blended = scene.materials[group.material].alpha_mode == scene::AlphaMode::kBlend;
+      EXPECT_TRUE(!blended || group.pieces.size() == 1);
+      const std::uint32_t object = blended ? group.pieces.front().object : scene::kNone;
+      EXPECT_TRUE(keys.insert({group.material, group.layout, group.page, object}).second);
       Aabb box;
       std::uint64_t triangles = 0;
       for (const Piece& piece : group.pieces)
