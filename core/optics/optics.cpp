@@ -108,7 +108,21 @@ struct ColorRange {
 /// Reflectance needs more of a material than its constant factors.
 bool textured(const Material& m) {
   return m.base_color_texture.present() || m.metallic_texture.present() ||
-         m.transmission_texture.present() || m.diffuse_transmission_texture.present();
+         m.transmission_texture.present() || m.diffuse_transmission_texture.present() ||
+         m.diffuse_transmission_color_texture.present();
+}
+
+/// Alpha as coverage.
+float covered(const Material& m, float alpha) {
+  switch (m.alpha_mode) {
+    case AlphaMode::kMask:
+      return alpha >= m.alpha_cutoff ? 1.0f : 0.0f;
+    case AlphaMode::kBlend:
+      return std::clamp(alpha, 0.0f, 1.0f);
+    case AlphaMode::kOpaque:
+      break;
+  }
+  return 1;
 }
 
 struct Classes {
@@ -125,15 +139,20 @@ struct Optics::Point {
   float dielectric;    // 1 - metallic
   float transmission;  // of what is there (alpha aside)
   float diffuse;       // of what is left: transmitted diffusely
-  float scattered() const { return alpha * dielectric * (1 - transmission); }
+  float coverage() const { return alpha * (1 - transmission); }
+  Rgb reflectance() const { return clamp_reflectance(base_color * (dielectric * (1 - diffuse))); }
 };
 
 bool Optics::varying(const Material& m, std::uint32_t triangle) const {
   return textured(m) || (flags_[triangle] & kVertexColor) != 0;
 }
 
+Optics::Point Optics::factors(const Material& m) {
+  return {m.base_color, m.alpha, 1.0f - m.metallic, m.transmission, m.diffuse_transmission};
+}
+
 Optics::Point Optics::point(const Material& m, std::uint32_t triangle, float u, float v) const {
-  Point p{m.base_color, m.alpha, 1.0f - m.metallic, m.transmission, m.diffuse_transmission};
+  Point p = factors(m);
   if (flags_[triangle] & kVertexColor) {
     const auto& corner = scene_->triangles[triangle].vertex;
     const auto& colors = scene_->colors;
@@ -162,17 +181,7 @@ Optics::Point Optics::point(const Material& m, std::uint32_t triangle, float u, 
   if (m.diffuse_transmission_texture.present() && m.diffuse_transmission > 0) {
     p.diffuse *= sample(*scene_, m.diffuse_transmission_texture, triangle, u, v, false)[3];
   }
-  switch (m.alpha_mode) {
-    case AlphaMode::kOpaque:
-      p.alpha = 1;
-      break;
-    case AlphaMode::kMask:
-      p.alpha = p.alpha >= m.alpha_cutoff ? 1.0f : 0.0f;
-      break;
-    case AlphaMode::kBlend:
-      p.alpha = std::clamp(p.alpha, 0.0f, 1.0f);
-      break;
-  }
+  p.alpha = covered(m, p.alpha);
   return p;
 }
 
@@ -182,10 +191,10 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
   flags_.resize(count);
   surfaces_.resize(count);
   for (const Material& m : scene.materials) {
-    const Rgb rho =
-        m.base_color * ((1 - m.metallic) * (1 - m.transmission) * (1 - m.diffuse_transmission) *
-                        (m.alpha_mode == AlphaMode::kBlend ? m.alpha : 1.0f));
-    constant_reflectance_.push_back(textured(m) ? Rgb{} : clamp_reflectance(rho));
+    Point p = factors(m);
+    p.alpha = covered(m, p.alpha);
+    constant_.push_back(
+        scattered_by(p, options.diffuse_transmission ? m.diffuse_transmission_color : Rgb{}));
   }
   parallel_for(count, 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -256,27 +265,45 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
   }
 }
 
-Rgb Optics::reflectance(std::uint32_t triangle, float u, float v) const {
+Optics::Scatterer Optics::scattered_by(const Point& p, const Rgb& transmission_color) {
+  const Rgb rho = p.reflectance();
+  const Rgb tau = transmission_color * (p.dielectric * p.diffuse);
+  const auto left = [](float t, float r) { return std::clamp(t, 0.0f, kMaxReflectance - r); };
+  return {p.coverage(), rho, {left(tau.r, rho.r), left(tau.g, rho.g), left(tau.b, rho.b)}};
+}
+
+Optics::Scatterer Optics::scatterer(std::uint32_t triangle, float u, float v) const {
   const std::uint32_t material = scene_->objects[scene_->triangles[triangle].object].material;
   const Material& m = scene_->materials[material];
-  if (!varying(m, triangle)) return constant_reflectance_[material];
-  const Point p = point(m, triangle, u, v);
-  return clamp_reflectance(p.base_color * (p.scattered() * (1 - p.diffuse)));
+  const bool opaque = surfaces_[triangle] == rays::Surface::kOpaque;
+  if (!varying(m, triangle)) {
+    Scatterer s = constant_[material];
+    if (opaque) s.coverage = 1;
+    return s;
+  }
+  Rgb color;
+  if (transmits_diffusely(triangle)) {
+    color = m.diffuse_transmission_color;
+    if (m.diffuse_transmission_color_texture.present()) {
+      const auto texel =
+          sample(*scene_, m.diffuse_transmission_color_texture, triangle, u, v, true);
+      color *= Rgb{texel[0], texel[1], texel[2]};
+    }
+  }
+  Scatterer s = scattered_by(point(m, triangle, u, v), color);
+  if (opaque) s.coverage = 1;
+  return s;
+}
+
+Rgb Optics::reflectance(std::uint32_t triangle, float u, float v) const {
+  const Scatterer s = scatterer(triangle, u, v);
+  return s.reflectance * s.coverage;
 }
 
 Rgb Optics::diffuse_transmittance(std::uint32_t triangle, float u, float v) const {
   if (!transmits_diffusely(triangle)) return {};
-  const Material& m = scene_->material_of(triangle);
-  const Point p = point(m, triangle, u, v);
-  Rgb color = m.diffuse_transmission_color;
-  if (m.diffuse_transmission_color_texture.present()) {
-    const auto texel = sample(*scene_, m.diffuse_transmission_color_texture, triangle, u, v, true);
-    color *= Rgb{texel[0], texel[1], texel[2]};
-  }
-  const Rgb rho = reflectance(triangle, u, v);
-  const Rgb tau = color * (p.scattered() * p.diffuse);
-  const auto left = [](float t, float r) { return std::clamp(t, 0.0f, kMaxReflectance - r); };
-  return {left(tau.r, rho.r), left(tau.g, rho.g), left(tau.b, rho.b)};
+  const Scatterer s = scatterer(triangle, u, v);
+  return s.diffuse_transmittance * s.coverage;
 }
 
 Rgb Optics::emission(std::uint32_t triangle, float u, float v) const {

@@ -35,13 +35,20 @@ class Optics {
   explicit Optics(const scene::Scene& scene) : Optics(scene, Options{}) {}
   Optics(const scene::Scene& scene, const Options& options);
 
+  /// What scatters at a point, and what that does to light.
+  struct Scatterer {
+    float coverage = 1;  // a (1 - t): share of a ray that meets it
+    Rgb reflectance;     // rho and tau where coverage is 1
+    Rgb diffuse_transmittance;
+  };
+  Scatterer scatterer(std::uint32_t triangle, float u, float v) const;
+
   /// Diffuse reflectance at barycentric (u, v) of the triangle.
   Rgb reflectance(std::uint32_t triangle, float u, float v) const;
   /// Emitted luminance of the front (of both sides when double-sided), nits.
   Rgb emission(std::uint32_t triangle, float u, float v) const;
   /// Straight-through transmittance per channel.
   Rgb transmittance(std::uint32_t triangle, float u, float v) const;
-
   /// Share of the light that arrives on one side and leaves the other diffusely.
   Rgb diffuse_transmittance(std::uint32_t triangle, float u, float v) const;
 
@@ -87,14 +94,16 @@ class Optics {
   struct Point;
   /// More than the material's constant factors decides.
   bool varying(const scene::Material& m, std::uint32_t triangle) const;
+  static Point factors(const scene::Material& m);
   Point point(const scene::Material& m, std::uint32_t triangle, float u, float v) const;
+  static Scatterer scattered_by(const Point& p, const Rgb& transmission_color);
 
   const scene::Scene* scene_;
   std::vector<std::uint8_t> flags_;
   std::vector<rays::Surface> surfaces_;
   std::uint64_t counts_[3] = {0, 0, 0};
   bool diffuse_ = false;
-  std::vector<Rgb> constant_reflectance_;  // one per material; used when nothing varies
+  std::vector<Scatterer> constant_;  // one per material; used when nothing varies
 };
 
 /// Lets rays pass cut-out texels. For closest hits: sheets stop the ray (the caller goes on behind

@@ -1,63 +1,102 @@
 // What elements do to light: means of the material over each, and what lies behind those that
 // transmit.
 
+#include <algorithm>
+#include <limits>
+
 #include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/radiosity/elements.h"
 
 namespace lightbatch::radiosity {
 
-/// Area mean of value(triangle, u, v): exact over the members of a group where they are uniform,
-/// sampled where a texture varies.
-template <typename Value>
-Rgb Elements::mean_over(ElementId e, const optics::Optics& optics, Value value) const {
+namespace {
+
+using Scatterer = optics::Optics::Scatterer;
+
+/// Means by area: of coverage over all, of the rest over what is covered.
+class Mean {
+ public:
+  void add(const Scatterer& s, double area) {
+    area_ += area;
+    least_ = std::min(least_, area);
+    covered_.add(s, area * static_cast<double>(s.coverage));
+    anywhere_.add(s, area);
+  }
+  /// Holes wherever it was asked: as much may be there as lies between the points.
+  Scatterer mean() const {
+    if (!(area_ > 0)) return {};
+    const bool found = covered_.weight > 0;
+    Scatterer s = found ? covered_.mean() : anywhere_.mean();
+    s.coverage = static_cast<float>((found ? covered_.weight : 0.5 * least_) / area_);
+    return s;
+  }
+
+ private:
+  struct Sums {
+    Rgbd reflectance, transmittance;
+    double weight = 0;
+    void add(const Scatterer& s, double w) {
+      reflectance += to_double(s.reflectance) * w;
+      transmittance += to_double(s.diffuse_transmittance) * w;
+      weight += w;
+    }
+    Scatterer mean() const {
+      return {1, to_float(reflectance / weight), to_float(transmittance / weight)};
+    }
+  };
+  Sums covered_, anywhere_;
+  double area_ = 0;
+  double least_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+/// Exact over the members of a group where they are uniform, sampled where a texture varies.
+Scatterer Elements::mean_over(ElementId e, const optics::Optics& optics) const {
   constexpr int kTexturedSamples = 16;
   constexpr float kThird = 1.0f / 3;
-  Rgbd sum;
+  Mean mean;
   if (is_cell(e)) {
     const ElementPoint first = point(e, 0.5f, 0.5f);
-    if (!optics.textured_reflectance(first.triangle))
-      return value(first.triangle, first.u, first.v);
+    if (!optics.textured_reflectance(first.triangle)) {
+      return optics.scatterer(first.triangle, first.u, first.v);
+    }
     Random random(item_seed(0x5eed, e));
     for (int s = 0; s < kTexturedSamples; ++s) {
       const float a = (static_cast<float>(s) + random.next_float()) / kTexturedSamples;
       const ElementPoint p = point(e, a, random.next_float());
-      sum += to_double(value(p.triangle, p.u, p.v)) / kTexturedSamples;
+      mean.add(optics.scatterer(p.triangle, p.u, p.v), 1);
     }
-    return to_float(sum);
+    return mean.mean();
   }
   float below = 0;
   for (std::uint32_t k = group_start_[e]; k < group_start_[e + 1]; ++k) {
     const std::uint32_t triangle = group_triangles_[k];
-    Rgbd mean;
+    const double share = group_cumulative_[k] - below;
     if (optics.textured_reflectance(triangle)) {
       for (int s = 0; s < 4; ++s) {
         const float u = s == 0 ? kThird : s == 1 ? 0.6f : 0.2f;
         const float v = s == 0 ? kThird : s == 2 ? 0.6f : 0.2f;
-        mean += to_double(value(triangle, u, v)) * 0.25;
+        mean.add(optics.scatterer(triangle, u, v), 0.25 * share);
       }
     } else {
-      mean = to_double(value(triangle, kThird, kThird));
+      mean.add(optics.scatterer(triangle, kThird, kThird), share);
     }
-    sum += mean * static_cast<double>(group_cumulative_[k] - below);
     below = group_cumulative_[k];
   }
-  return to_float(sum);
+  return mean.mean();
 }
 
-void Elements::average_reflectance(const optics::Optics& optics) {
+void Elements::average_optics(const optics::Optics& optics) {
   const bool transmits = optics.any_diffuse_transmission();
   if (transmits) transmittance_.resize(count());
   parallel_for(count(), 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const auto e = static_cast<ElementId>(i);
-      reflectance_[i] = mean_over(e, optics, [&](std::uint32_t t, float u, float v) {
-        return optics.reflectance(t, u, v);
-      });
-      if (!transmits) continue;
-      transmittance_[i] = mean_over(e, optics, [&](std::uint32_t t, float u, float v) {
-        return optics.diffuse_transmittance(t, u, v);
-      });
+      const Scatterer s = mean_over(static_cast<ElementId>(i), optics);
+      area_[i] *= s.coverage;
+      reflectance_[i] = s.reflectance;
+      if (transmits) transmittance_[i] = s.diffuse_transmittance;
     }
   });
 }

@@ -113,7 +113,7 @@ Elements::Elements(const Scene& scene, const Hierarchy& tree, const optics::Opti
   first_cell_ = count();
   add_cells(scene, optics, plan);
   reflectance_.resize(area_.size());
-  average_reflectance(optics);
+  average_optics(optics);
   find_behind();
 }
 

@@ -42,11 +42,11 @@ class Elements {
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(area_.size()); }
   double edge() const { return edge_; }
-  /// m2.
+  /// m2 of what is there: holes of cut-outs and what sheets let pass are no part of it.
   float area(ElementId e) const { return area_[e]; }
-  /// Mean reflectance over the element.
+  /// Mean reflectance of what is there.
   const Rgb& reflectance(ElementId e) const { return reflectance_[e]; }
-  /// Mean share of the light arriving on the other side that leaves this one.
+  /// Mean share of the light arriving on the other side of what is there that leaves this one.
   Rgb transmittance(ElementId e) const {
     return transmittance_.empty() ? Rgb{} : transmittance_[e];
   }
@@ -101,9 +101,8 @@ class Elements {
   void add_cells(const scene::Scene& scene, const optics::Optics& optics, Plan& plan);
   void add_groups(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                   const optics::Optics& optics, Plan& plan);
-  void average_reflectance(const optics::Optics& optics);
-  template <typename Value>
-  Rgb mean_over(ElementId e, const optics::Optics& optics, Value value) const;
+  void average_optics(const optics::Optics& optics);
+  optics::Optics::Scatterer mean_over(ElementId e, const optics::Optics& optics) const;
   void find_behind();
 
   double edge_ = 0;

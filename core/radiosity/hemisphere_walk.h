@@ -13,8 +13,9 @@ namespace lightbatch::radiosity {
 constexpr int kMaxSheets = 64;
 
 /// Follows a ray through sheets to what stops it. meet(hit, weight) is called for every surface
-/// met (sheets with what they send back, the last one included), escape(weight) when the ray
-/// leaves the scene. weight: transmittance of the sheets before.
+/// met (sheets and the last one), escape(weight) when the ray leaves the scene. weight:
+/// transmittance of the sheets before times the coverage of the surface met; all weights of a ray
+/// add up to at most 1, so that no element takes more than all of what it sees.
 template <typename Meet, typename Escape>
 void walk_hemisphere_ray(const optics::Optics& optics, const rays::Caster& caster, rays::Ray ray,
                          std::uint32_t exclude, RayCounts& counts, Meet meet, Escape escape) {
@@ -39,8 +40,12 @@ void walk_hemisphere_ray(const optics::Optics& optics, const rays::Caster& caste
       escape(weight);
       return;
     }
-    meet(hit, weight);
-    if (!optics.sheet(hit.triangle)) return;
+    if (!optics.sheet(hit.triangle)) {
+      meet(hit, weight);
+      return;
+    }
+    const float coverage = optics.scatterer(hit.triangle, hit.u, hit.v).coverage;
+    if (coverage > 0) meet(hit, weight * coverage);
     weight *= optics.transmittance(hit.triangle, hit.u, hit.v);
     if (weight.is_black()) return;
     ++counts.sheet_crossings;

@@ -109,13 +109,19 @@ LinkTree::LinkTree(const SolverInput& input) : place_(input.elements.count()) {
 
 void LinkTree::shape_leaf(const SolverInput& input, Node n, Sh9& mono) {
   const ElementId e = element(n);
-  const auto group = input.elements.group(e);
-  for (const std::uint32_t triangle : group) {
+  double whole = 0;
+  Sh9 lobes{};
+  for (const std::uint32_t triangle : input.elements.group(e)) {
     const auto frame = optics::surface_frame(input.scene, triangle, 1 / 3.0f, 1 / 3.0f,
                                              input.elements.is_back(e), 0);
     const auto c = input.scene.corners(triangle);
     const float area = 0.5f * length(cross(c[1] - c[0], c[2] - c[0]));
-    add_scaled(mono, sh_cosine_lobe(frame.normal), area);
+    add_scaled(lobes, sh_cosine_lobe(frame.normal), area);
+    whole += static_cast<double>(area);
+  }
+  // Without its holes.
+  if (whole > 0) {
+    add_scaled(mono, lobes, input.elements.area(e) / static_cast<float>(whole));
   }
 }
 

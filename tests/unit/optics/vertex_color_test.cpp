@@ -50,5 +50,18 @@ TEST(VertexColor, AlphaCutsOut) {
   }
 }
 
+/// Half there at the middle of its first edge: what is there reflects as ever.
+TEST(VertexColor, AlphaIsCoverage) {
+  const scene::VertexColor a{{1, 1, 1}, 0}, b{{1, 1, 1}, 1};
+  const TwoQuads quads(scene::AlphaMode::kBlend, {a, b, b, b});
+  const Optics& optics = quads.kit.optics();
+  const Optics::Scatterer middle = optics.scatterer(0, 0.5f, 0);
+  EXPECT_FLOAT_EQ(middle.coverage, 0.5f);
+  EXPECT_FLOAT_EQ(middle.reflectance.g, 0.5f);
+  EXPECT_FLOAT_EQ(optics.reflectance(0, 0.5f, 0).g, 0.25f);
+  EXPECT_FLOAT_EQ(optics.transmittance(0, 0.5f, 0).g, 0.5f);
+  EXPECT_FLOAT_EQ(optics.scatterer(2, 0.5f, 0).coverage, 1);
+}
+
 }  // namespace
 }  // namespace lightbatch::optics

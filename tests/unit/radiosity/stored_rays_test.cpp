@@ -89,5 +89,48 @@ TEST(StoredRays, ReachTheEndOfACorridor) {
   EXPECT_LT(off, 20 * 1e-4 * all);
 }
 
+/// White cards with holes, or glassy in parts, in an even sky: what they send back is what they
+/// hide, so that all is as bright as the sky, wherever rays went.
+TEST(StoredRays, HolesNeitherSwallowNorMakeLight) {
+  for (const scene::AlphaMode mode : {scene::AlphaMode::kMask, scene::AlphaMode::kBlend}) {
+    SceneKit kit;
+    scene::Material leaf;
+    leaf.base_color = Rgb::grey(1);
+    leaf.metallic = 0;
+    leaf.double_sided = true;
+    leaf.alpha_mode = mode;
+    const std::uint32_t material = kit.material(leaf);
+    Random random(11);
+    constexpr int kCards = 400;
+    for (int i = 0; i < kCards; ++i) {
+      const auto anywhere = [&] { return 2 * random.next_float() - 1; };
+      const Vec3f at{anywhere(), anywhere(), anywhere()};
+      const Vec3f u{0.3f * anywhere(), 0.3f * anywhere(), 0.3f * anywhere()};
+      const Vec3f v{0.3f * anywhere(), 0.3f * anywhere(), 0.3f * anywhere()};
+      kit.quad({at, at + u, at + u + v, at + v}, material);
+      for (const float alpha : {0.0f, 0.3f, 1.0f, 0.7f}) {
+        kit.scene().colors.push_back({{1, 1, 1}, alpha});
+      }
+    }
+    kit.finish();
+    const LightSources sources(kit.scene(), kit.optics(), {});
+    const DirectLight direct(kit.optics(), kit.caster(), sources);
+    const Elements elements(kit.scene(), kit.tree(), kit.optics(), {0.5, 4'000'000});
+    const ElementLookup lookup(kit.scene(), kit.caster(), elements, direct.lift());
+    const optics::Environment sky(Rgb::grey(1));
+    const SolverInput input{
+        kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky, lookup, 0};
+    SolverOptions options;
+    options.rays = 32;
+    options.tolerance = 1e-6;
+    const auto solution = solve_stored_rays(input, options, Progress{});
+    ASSERT_TRUE(solution.ok());
+    // Reflectance is clamped to 0.999: a loss of up to a thousandth a bounce, of a few.
+    for (ElementId e = 0; e < elements.count(); ++e) {
+      ASSERT_NEAR(solution->irradiance[e].g, kPi, 0.005f * kPi) << "element " << e;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lightbatch::radiosity
