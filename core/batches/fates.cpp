@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 namespace lightbatch::batches {
@@ -142,13 +143,20 @@ Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const
     if (joins && !worth && fates.next_bytes_of_draw == 0)
       fates.next_bytes_of_draw = kNear * bytes_a_draw;
     Placements fit;
+    std::set<std::uint32_t> unfit;  // nodes; their GPU instances are drawn by one call or none
     for (const auto& objects : mesh.placements) {
       bool fits = options.gpu_instancing && !lit;
       for (const std::uint32_t o : objects)
         fits = fits && fates.of_object[o] == Fate::kMerged && is_plain_placement(scene.objects[o]);
       if (fits && !fit.empty()) fits = same_kind(scene, objects, fit.front());
-      if (fits) fit.push_back(objects);
+      if (fits)
+        fit.push_back(objects);
+      else
+        unfit.insert(scene.objects[objects.front()].node);
     }
+    std::erase_if(fit, [&](const auto& objects) {
+      return unfit.contains(scene.objects[objects.front()].node);
+    });
     for (const auto& objects : mesh.placements)
       for (const std::uint32_t o : objects)
         if (fates.of_object[o] == Fate::kMerged) leave(o, kInstancedReason);

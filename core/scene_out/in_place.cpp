@@ -32,28 +32,36 @@ bool has_light(const Writer& w, std::uint32_t object) {
   return false;
 }
 
-/// Child nodes for GPU instances that have light of their own.
+/// The node's property that holds an attribute of GPU instances; null: none does.
+const char* property_of_attribute(const std::string& name) {
+  if (name == "TRANSLATION") return "translation";
+  if (name == "ROTATION") return "rotation";
+  return name == "SCALE" ? "scale" : nullptr;
+}
+
+/// Child nodes for GPU instances that have light of their own. What else instances have goes into
+/// extras.
 Status add_instance_children(Writer& w, Json& node, const Json& instancing,
                              const std::map<std::uint32_t, Json>& primitives_of_instance,
                              const Json& mesh) {
-  std::map<std::string, gltf::Values> transforms;
-  const Json* attributes = member(instancing, "attributes");
-  const std::pair<const char*, const char*> names[] = {
-      {"TRANSLATION", "translation"}, {"ROTATION", "rotation"}, {"SCALE", "scale"}};
-  for (const auto& [name, property] : names) {
-    const std::uint32_t accessor = attributes == nullptr ? kNone : index_at(*attributes, name);
-    if (accessor == kNone) continue;
-    LB_ASSIGN_OR_RETURN(transforms[property], gltf::read_values(w.document, accessor));
-  }
+  std::map<std::string, gltf::Values> attributes;
+  if (const Json* list = member(instancing, "attributes"))
+    for (const auto& [name, accessor] : list->items()) {
+      LB_ASSIGN_OR_RETURN(attributes[name],
+                          gltf::read_values(w.document, accessor.get<std::uint32_t>()));
+    }
   for (const auto& [instance, primitives] : primitives_of_instance) {
     Json copy = mesh;
     copy["primitives"] = primitives;
     Json child{{"mesh", append(w.root, "meshes", std::move(copy))}};
-    for (const auto& [property, values] : transforms) {
+    for (const auto& [name, values] : attributes) {
       const auto n = static_cast<std::size_t>(values.components);
       Json list = Json::array();
       for (std::size_t c = 0; c < n; ++c) list.push_back(values.data.at(instance * n + c));
-      child[property] = std::move(list);
+      if (const char* property = property_of_attribute(name))
+        child[property] = std::move(list);
+      else
+        child["extras"]["lightbatch"]["attributes"][name] = std::move(list);
     }
     const std::uint32_t index = append(w.root, "nodes", std::move(child));
     node["children"].push_back(index);
@@ -70,6 +78,7 @@ Status rewrite_nodes(Writer& w, const batches::BatchPlan* plan) {
   for (std::uint32_t o = 0; o < w.scene.objects.size(); ++o) {
     const scene::Object& object = w.scene.objects[o];
     NodeObjects& entry = nodes[object.node];
+    if (object.triangle_count == 0) continue;  // other GPU instances decide for this one
     (stay[o] ? entry.stay : entry.taken)[object.primitive].push_back(o);
     if (stay[o] && has_light(w, o)) lit_sets[{object.mesh, object.primitive}].push_back(o);
   }

@@ -88,6 +88,16 @@ std::vector<std::string> reasons_of_nodes(const Json& root) {
   return reason;
 }
 
+/// An attribute of a node's GPU instances that is no transform, or empty.
+std::string own_attribute(const Json& node) {
+  const Json* instancing = extension(node, "EXT_mesh_gpu_instancing");
+  const Json* attributes = instancing == nullptr ? nullptr : member(*instancing, "attributes");
+  if (attributes != nullptr)
+    for (const auto& [name, accessor] : attributes->items())
+      if (name != "TRANSLATION" && name != "ROTATION" && name != "SCALE") return name;
+  return {};
+}
+
 bool all_charted(const atlas::Layout& layout, const scene::Object& object) {
   for (std::uint32_t k = 0; k < object.triangle_count; ++k)
     if (layout.chart_of[object.first_triangle + k] == kNone) return false;
@@ -131,6 +141,9 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
         layouts.try_emplace(signature, static_cast<std::uint32_t>(layouts.size())).first->second;
     traits[o].vertex_bytes = bytes;
     traits[o].keep = reasons[object.node];
+    if (object.instance != kNone)
+      if (const std::string name = own_attribute(root.at("nodes").at(object.node)); !name.empty())
+        traits[o].keep = "attribute " + name + " of GPU instances";
     if (const Json* extensions = member(primitive, "extensions"))
       for (const auto& [name, value] : extensions->items()) {
         if (name != "KHR_materials_variants")

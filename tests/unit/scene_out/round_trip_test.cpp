@@ -191,6 +191,63 @@ TEST(RoundTrip, GpuInstancesStayOrBecomeNodesWithLight) {
   EXPECT_EQ(testing::read(lit.glb).json.dump().find("EXT_mesh_gpu_instancing"), std::string::npos);
 }
 
+/// 12 GPU instances of a cube; `scale` of each is (its value, 1, 1).
+FileBuilder scaled_instances(const std::function<float(int)>& scale) {
+  FileBuilder file;
+  std::vector<float> t, s;
+  for (int i = 0; i < 12; ++i) {
+    t.insert(t.end(), {3.0f * static_cast<float>(i), 0, 0});
+    s.insert(s.end(), {scale(i), 1, 1});
+  }
+  Json node{{"mesh", file.mesh({file.cube()})}, {"name", "row"}};
+  Json& attributes = node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+  attributes["TRANSLATION"] = file.accessor(t, 5126, "VEC3");
+  attributes["SCALE"] = file.accessor(s, 5126, "VEC3");
+  file.node(node);
+  file.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+  return file;
+}
+
+TEST(RoundTrip, EachGpuInstanceIsDrawnOnce) {
+  const auto mirror = [](int i) { return i % 2 == 0 ? 1.0f : -1.0f; };
+  const auto vanish = [](int i) { return i == 3 ? 0.0f : 1.0f; };
+  for (const auto& scale : {std::function<float(int)>(mirror), std::function<float(int)>(vanish)}) {
+    const Loaded in = load(scaled_instances(scale).glb());
+    const atlas::Layout layout = testing::simple_layout(in.scene);
+    for (const atlas::Layout* light : {static_cast<const atlas::Layout*>(nullptr), &layout}) {
+      const auto out = write(in, true, light);
+      EXPECT_EQ(load(out.glb).scene.triangles.size(), in.scene.triangles.size());
+      EXPECT_LT(difference(in, out.glb, 0.01), 1e-5);
+    }
+  }
+}
+
+TEST(RoundTrip, AttributesOfGpuInstancesStay) {
+  FileBuilder file = scaled_instances([](int) { return 1.0f; });
+  std::vector<float> heat;
+  for (int i = 0; i < 12; ++i) heat.push_back(0.5f * static_cast<float>(i));
+  file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["_HEAT"] =
+      file.accessor(heat, 5126, "SCALAR");
+  const Loaded in = load(file.glb());
+  const auto plain = write(in, true);
+  ASSERT_EQ(plain.plan.left_alone.size(), 12u);
+  EXPECT_EQ(plain.plan.left_alone[0].reason, "attribute _HEAT of GPU instances");
+  const Json attributes =
+      testing::read(plain.glb)
+          .json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+  EXPECT_TRUE(attributes.contains("_HEAT"));
+
+  // With light, instances become nodes, which keep the values in extras.
+  const atlas::Layout layout = testing::simple_layout(in.scene);
+  const Json out = testing::read(write(in, true, &layout).glb).json;
+  const Json& children = out["nodes"][0]["children"];
+  ASSERT_EQ(children.size(), 12u);
+  for (std::size_t i = 0; i < 12; ++i)
+    EXPECT_EQ(
+        out["nodes"][children[i].get<std::size_t>()]["extras"]["lightbatch"]["attributes"]["_HEAT"],
+        Json::array({heat[i]}));
+}
+
 /// Cubes of three materials that differ in base colour, one that differs in more.
 FileBuilder painted(const char* third) {
   FileBuilder file;
