@@ -1,10 +1,11 @@
 // Bundles of segments through the tree; included by kernel_impl.h only.
 //
-// Nodes are tested once for all, against the hull of the segments; what is left is tested a lane a
-// ray, box by box, or ray by ray, eight boxes at once, whichever is less; the same goes for the
-// triangles of leaves. Only what the float test leaves in doubt goes to ExactTest. In large trees
-// several bundles are under way at a time, a node each in turn: what one needs next arrives
-// meanwhile.
+// What to look at next is found with few branches on data: mispredicted ones took more time than
+// the tests of boxes. So with vectors of sixteen all eight boxes are tested, a lane a ray; with
+// shorter ones those that the hull of the segments meets. The triangles of leaves are tested a lane
+// a ray, or ray by ray, eight at once, whichever is less. Only what the float test leaves in doubt
+// goes to ExactTest. In large trees several bundles are under way at a time, a node each in turn:
+// what one needs next arrives meanwhile.
 
 /// Which of the eight boxes the hull of the segments may meet.
 LB_INLINE unsigned meets_hull(const Packet& p, const WideNode& node) {
@@ -17,20 +18,6 @@ LB_INLINE unsigned meets_hull(const Packet& p, const WideNode& node) {
     far = min8(madd8(upper, splat8(p.far_slope[1][k]), splat8(p.far_start[1][k])), far);
   }
   return mask8(near <= far);
-}
-
-/// Which rays meet a child's box.
-LB_INLINE unsigned meets_lanes(const Packet& p, const WideNode& node, std::size_t child) {
-  Wide near = load16(p.lower), far = load16(p.upper);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Wide lower = splat16(node.lower[k][child]), upper = splat16(node.upper[k][child]);
-    const Wide first = select16(p.backward[k], upper, lower);
-    const Wide last = select16(p.backward[k], lower, upper);
-    const Wide inv = load16(p.inverse[k]);
-    near = max16(madd16(first, inv, load16(p.near_offset[k])), near);
-    far = min16(madd16(last, inv, load16(p.far_offset[k])), far);
-  }
-  return at_most16(near, far);
 }
 
 /// Which of the eight boxes one ray meets.
@@ -50,25 +37,37 @@ LB_INLINE V8i meets_boxes(const Packet& p, const WideNode& node, std::size_t lan
   return near <= far;
 }
 
-/// Which of the rays `active` meet each child; returns the children that any may meet.
-LB_INLINE unsigned meets(const Packet& p, const WideNode& node, unsigned active, unsigned* lanes) {
-  constexpr int kFew = 2;
-  const int rays = std::popcount(active);
-  unsigned mask = rays <= kFew ? 255u : meets_hull(p, node);
-  if (rays >= std::popcount(mask)) {
-    for (unsigned left = mask; left != 0; left &= left - 1) {
-      const std::size_t k = lowest(left);
-      lanes[k] = meets_lanes(p, node, k) & active;
+/// Which of the rays `active` meet each of the eight boxes.
+LB_INLINE V8i meets(const Packet& p, const WideNode& node, unsigned active) {
+  const unsigned others = active & (active - 1);
+  if (std::popcount(active) <= 2) {
+    const std::size_t one = lowest(active), other = others == 0 ? one : lowest(others);
+    return (meets_boxes(p, node, one) & static_cast<std::int32_t>(1u << one)) |
+           (meets_boxes(p, node, other) & static_cast<std::int32_t>(1u << other));
+  }
+  const auto lanes = [&](std::size_t child) LB_LAMBDA_INLINE -> std::uint64_t {
+    Wide near = load16(p.lower), far = load16(p.upper);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Wide lower = splat16(node.lower[k][child]), upper = splat16(node.upper[k][child]);
+      const Wide first = select16(p.backward[k], upper, lower);
+      const Wide last = select16(p.backward[k], lower, upper);
+      const Wide inverse = load16(p.inverse[k]);
+      near = max16(madd16(first, inverse, load16(p.near_offset[k])), near);
+      far = min16(madd16(last, inverse, load16(p.far_offset[k])), far);
     }
-    return mask;
+    return at_most16(near, far);
+  };
+  std::uint64_t words[2] = {0, 0};
+  if constexpr (kAllBoxes) {
+    words[0] = lanes(0) | lanes(1) << 16 | lanes(2) << 32 | lanes(3) << 48;
+    words[1] = lanes(4) | lanes(5) << 16 | lanes(6) << 32 | lanes(7) << 48;
+  } else {
+    for (unsigned left = meets_hull(p, node); left != 0; left &= left - 1) {
+      const std::size_t k = lowest(left);
+      words[k / 4] |= lanes(k) << 16 * (k % 4);
+    }
   }
-  V8i met{};
-  for (unsigned left = active; left != 0; left &= left - 1) {
-    const std::size_t lane = lowest(left);
-    met |= meets_boxes(p, node, lane) & static_cast<std::int32_t>(1u << lane);
-  }
-  std::memcpy(lanes, &met, sizeof met);
-  return mask8(met != 0);
+  return spread8(words[0], words[1]) & static_cast<std::int32_t>(active);
 }
 
 /// Which of the rays the leaf's triangles stop, triangle by triangle. All of `lanes` met its box.
@@ -79,7 +78,7 @@ unsigned stopped_by_triangle(const Packet& p, std::span<const Segment> segments,
   const Wide ox = load16(p.origin[p.kx]), oy = load16(p.origin[p.ky]), oz = load16(p.origin[p.kz]);
   const Wide sx = splat16(0) - load16(p.sx), sy = splat16(0) - load16(p.sy);
   const Wide shear = load16(p.shear), zero = splat16(0), tiny = splat16(1e-36f);
-  const Wide flat = splat16(leaf.size() + p.span * 0x1p-17f) * shear;
+  const Wide flat = madd16(load16(p.span), splat16(0x1p-17f), splat16(leaf.size())) * shear;
   const std::size_t step = leaf.count;
   unsigned stopped = 0;
   for (std::size_t i = 0; i < leaf.count; ++i) {
@@ -94,16 +93,17 @@ unsigned stopped_by_triangle(const Packet& p, std::span<const Segment> segments,
     const Wide v = x[0] * y[2] - y[0] * x[2];
     const Wide w = x[1] * y[0] - y[1] * x[0];
     const Wide deep = max16(abs16(z[0]), max16(abs16(z[1]), abs16(z[2]))) * shear;
-    const Wide coarse = madd16((flat + deep) * flat, splat16(24 * kUnit), tiny);
     const Wide least = min16(u, min16(v, w)), most = max16(u, max16(v, w));
+    const Wide coarse = madd16((flat + deep) * flat, splat16(24 * kUnit), tiny);
     unsigned maybe = lanes & ~(less16(least, zero - coarse) & less16(coarse, most));
     if (maybe == 0) continue;
-    const std::uint32_t id = leaf.id(i) & ~WideTree::kFilteredFlag;
-    maybe &= ~equal16(p.exclude_a, id) & ~equal16(p.exclude_b, id);
     const Wide m = max16(max16(max16(abs16(x[0]), abs16(y[0])), max16(abs16(x[1]), abs16(y[1]))),
                          max16(abs16(x[2]), abs16(y[2])));
     const Wide error = madd16((m + deep) * m, splat16(24 * kUnit), tiny);
     maybe &= ~(less16(least, zero - error) & less16(error, most));
+    if (maybe == 0) continue;
+    const std::uint32_t id = leaf.id(i) & ~WideTree::kFilteredFlag;
+    maybe &= ~equal16(p.exclude_a, id) & ~equal16(p.exclude_b, id);
     if (maybe == 0) continue;
     const unsigned inside = less16(error, least) | less16(most, zero - error);
     const Wide det = u + v + w, sz = load16(p.sz);
@@ -142,7 +142,7 @@ SteepLeafTest leaf_test(const Packet& p, std::size_t lane) {
   test.kx = p.kx;
   test.ky = p.ky;
   test.kz = p.kz;
-  test.slack = p.span * 0x1p-17f;
+  test.slack = p.span[lane] * 0x1p-17f;
   test.steep = p.shear[lane];
   return test;
 }
@@ -190,6 +190,7 @@ class Walk {
  public:
   Walk(const WideTree& tree, std::span<const Segment> segments)
       : segments_(segments), packet_(tree, segments), open_(packet_.lanes), part_{0, open_} {
+    std::fill_n(words_, kBottom, 0u);
     for (unsigned apart = packet_.apart; apart != 0; apart &= apart - 1) {
       const std::size_t i = lowest(apart);
       const Segment& s = segments[i];
@@ -203,54 +204,64 @@ class Walk {
   /// the next node is chosen before this one's children are known, so that it arrives meanwhile.
   LB_INLINE bool step(const WideTree& tree, bool alone) {
     if (open_ == 0) return false;
-    Part next = alone && size_ != 0 ? stack_[--size_] : Part{0, 0};
-    const std::size_t before = count_;
+    Part next = alone && size_ != kBottom ? pop() : Part{0, 0};
+    const Waiting& before = waiting_[turn_];
+    turn_ ^= 1;
+    waiting_[turn_].count = 0;
     const unsigned active = part_.lanes & open_;
     if (active != 0) look_at(tree, tree.node(part_.word), active);
-    for (std::size_t i = 0; i < before && open_ != 0; ++i) {
-      const unsigned lanes = waiting_[i].lanes & open_;
+    for (std::size_t i = 0; i < before.count && open_ != 0; ++i) {
+      const unsigned lanes = before.lanes[i] & open_;
       if (lanes == 0) continue;
-      open_ &= ~stopped_in_leaf(packet_, segments_, tree.leaf(waiting_[i].word), lanes);
+      open_ &= ~stopped_in_leaf(packet_, segments_, tree.leaf(before.words[i]), lanes);
     }
-    count_ -= before;
-    for (std::size_t i = 0; i < count_; ++i) waiting_[i] = waiting_[i + before];
-    if (next.lanes == 0 && size_ != 0) next = stack_[--size_];
+    if (next.lanes == 0 && size_ != kBottom) next = pop();
     part_ = next;
-    return next.lanes != 0 || count_ != 0;
+    return next.lanes != 0 || waiting_[turn_].count != 0;
   }
 
  private:
+  static constexpr std::size_t kBottom = 2;  // places that hold the root: prefetching needs no ends
   struct Part {
     std::uint32_t word;
     unsigned lanes;
   };
+  struct Waiting {
+    std::uint32_t words[kWidth] = {}, lanes[kWidth];
+    std::size_t count = 0;
+  };
+
+  LB_INLINE Part pop() {
+    --size_;
+    return {words_[size_], lanes_[size_]};
+  }
 
   LB_INLINE void look_at(const WideTree& tree, const WideNode& node, unsigned active) {
-    const std::size_t old_size = size_, old_count = count_;
-    alignas(32) unsigned lanes[kWidth];
-    // Every child is written; only those that count move the ends. So no branch asks.
-    for (unsigned mask = meets(packet_, node, active, lanes); mask != 0; mask &= mask - 1) {
-      const std::size_t k = lowest(mask);
-      const Part child{node.child[k], lanes[k]};
-      if constexpr (kGrids) {
-        if (Child::is_grid(child.word)) {
-          open_ &= ~stopped_in_grid(tree, segments_, child.word, child.lanes & open_);
-          continue;
-        }
+    const V8i lanes = meets(packet_, node, active);
+    V8i words;
+    std::memcpy(&words, node.child, sizeof words);
+    const unsigned met = mask8(lanes != 0), leaves = met & mask8(words);
+    unsigned inner = met & ~leaves;
+    if constexpr (kGrids) {
+      for (unsigned left = inner; left != 0; left &= left - 1) {
+        const std::size_t k = lowest(left);
+        if (!Child::is_grid(node.child[k])) continue;
+        inner &= ~(1u << k);
+        const unsigned asked = static_cast<unsigned>(lanes[static_cast<int>(k)]) & open_;
+        open_ &= ~stopped_in_grid(tree, segments_, node.child[k], asked);
       }
-      const bool keep = child.lanes != 0, leaf = Child::is_leaf(child.word);
-      stack_[size_] = waiting_[count_] = child;
-      size_ += (keep & !leaf) ? 1 : 0;
-      count_ += (keep & leaf) ? 1 : 0;
     }
-    // What stops most rays is likely below the child that most of them meet.
-    std::size_t widest = old_size;
-    for (std::size_t i = old_size; i < size_; ++i) {
-      prefetch(tree, stack_[i].word);
-      if (std::popcount(stack_[i].lanes) > std::popcount(stack_[widest].lanes)) widest = i;
+    std::uint32_t each[kWidth];
+    std::memcpy(each, &lanes, sizeof each);
+    Waiting& waiting = waiting_[turn_];
+    pack8(leaves, each, waiting.lanes);
+    waiting.count = pack8(leaves, node.child, waiting.words);
+    pack8(inner, each, lanes_ + size_);
+    size_ += pack8(inner, node.child, words_ + size_);
+    for (std::size_t i = 0; i < 2; ++i) {
+      prefetch(tree, waiting.words[i]);
+      prefetch(tree, words_[size_ - 1 - i]);
     }
-    if (size_ != old_size) std::swap(stack_[widest], stack_[size_ - 1]);
-    for (std::size_t i = old_count; i < count_; ++i) prefetch(tree, waiting_[i].word);
   }
 
   std::span<const Segment> segments_;
@@ -258,9 +269,11 @@ class Walk {
   unsigned open_;         // of the packet, not stopped so far
   unsigned stopped_ = 0;  // of those apart
   Part part_;             // to be looked at next
-  std::size_t size_ = 0, count_ = 0;
-  Part waiting_[2 * kWidth + 1];  // leaves on their way from memory
-  Part stack_[kStackSize + 1];
+  Waiting waiting_[2];    // leaves on their way from memory, and those found now
+  unsigned turn_ = 0;     // which are which
+  std::size_t size_ = kBottom;
+  // Nodes to be looked at, and which rays meet them.
+  std::uint32_t words_[kBottom + kStackSize + kWidth], lanes_[kBottom + kStackSize + kWidth];
 };
 
 /// The first bundle of these segments will be asked for.

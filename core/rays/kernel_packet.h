@@ -13,20 +13,21 @@ struct Packet {
   alignas(64) float lower[kLanes], upper[kLanes], tight_lower[kLanes], tight_upper[kLanes];
   alignas(64) float sx[kLanes], sy[kLanes], sz[kLanes];
   alignas(64) float shear[kLanes];  // the larger of sx and sy, at least 1
+  alignas(64) float span[kLanes];   // as BoxRay
   alignas(64) std::uint32_t exclude_a[kLanes], exclude_b[kLanes];
   unsigned lanes = 0;  // cast together
   unsigned apart = 0;  // to be cast by themselves
   unsigned backward[3];
   std::size_t kx = 0, ky = 1, kz = 2;
-  float span = 0;
-  // Hull: near = plane * slope + start, from the lower plane (0) and from the upper one (1), for
-  // three axes.
+  // Hull, unless all boxes are tested: near = plane * slope + start, from the lower plane (0) and
+  // from the upper one (1), for three axes.
   float near_slope[2][4], near_start[2][4], far_slope[2][4], far_start[2][4];
 
   Packet(const WideTree& tree, std::span<const Segment> segments);
 
  private:
   void take(std::span<const Segment> segments);
+  void choose_axis();
   void make_hull(const WideTree& tree);
   void make_lanes(const WideTree& tree);
 };
@@ -34,7 +35,8 @@ struct Packet {
 Packet::Packet(const WideTree& tree, std::span<const Segment> segments) {
   take(segments);
   if (lanes == 0) return;
-  make_hull(tree);
+  choose_axis();
+  if constexpr (!kAllBoxes) make_hull(tree);
   make_lanes(tree);
 }
 
@@ -92,6 +94,18 @@ void Packet::take(std::span<const Segment> segments) {
   }
 }
 
+/// That along which most segments run farthest.
+void Packet::choose_axis() {
+  const Wide x = abs16(load16(direction[0])), y = abs16(load16(direction[1])),
+             z = abs16(load16(direction[2]));
+  const int along[3] = {std::popcount(less16(max16(y, z), x)),
+                        std::popcount(less16(max16(z, x), y)),
+                        std::popcount(less16(max16(x, y), z))};
+  kz = along[0] > along[1] ? (along[0] > along[2] ? 0 : 2) : (along[1] > along[2] ? 1 : 2);
+  kx = (kz + 1) % 3;
+  ky = (kz + 2) % 3;
+}
+
 void Packet::make_hull(const WideTree& tree) {
   // Of each axis the lower bounds, and the negated upper bounds, of origins and ends.
   V4f corner[4];
@@ -105,17 +119,13 @@ void Packet::make_hull(const WideTree& tree) {
   const V4f reach =
       max4(max4(abs4(corner[0]), abs4(corner[1])), max4(abs4(corner[2]), abs4(corner[3]))) +
       load4(tree.reach);
-  span = std::max(reach[0], std::max(reach[1], reach[2]));
+  const float farthest = std::max(reach[0], std::max(reach[1], reach[2]));
   // Far more than any rounding here and of the ends.
-  const float pad = span * 0x1p-19f + 1e-36f;
+  const float pad = farthest * 0x1p-19f + 1e-36f;
   // Highest and lowest.
   const V4f starts[2] = {pad - corner[1], corner[0] - pad};
   const V4f ends[2] = {pad - corner[3], corner[2] - pad};
-  const V4f run = abs4(ends[0] + ends[1] - starts[0] - starts[1]);
-  kz = run[1] > run[0] ? (run[2] > run[1] ? 2 : 1) : (run[2] > run[0] ? 2 : 0);
-  kx = (kz + 1) % 3;
-  ky = (kz + 2) % 3;
-  const V4f least = splat4(span * 0x1p-40f + 1e-37f);
+  const V4f least = splat4(farthest * 0x1p-40f + 1e-37f);
   const V4f none = splat4(0), most = splat4(std::numeric_limits<float>::max());
   for (std::size_t side = 0; side < 2; ++side) {
     V4f slope = ends[side] - starts[side];
@@ -142,13 +152,18 @@ void Packet::make_lanes(const WideTree& tree) {
     inverse_scale[i] = std::bit_cast<float>((exponent + 1u) << 23);
   }
   const Wide scales = load16(scale), zero = splat16(0), one = splat16(1);
+  Wide spans = zero;
+  for (std::size_t k = 0; k < 3; ++k) {
+    spans = max16(abs16(load16(origin[k])) + splat16(tree.reach[k]), spans);
+  }
+  store16(span, spans);
   for (std::size_t k = 0; k < 3; ++k) {
     const Wide o = load16(origin[k]), d = load16(direction[k]) * scales;
     backward[k] = less16(d, zero);
     const Wide tiny = select16(backward[k], splat16(-0x1p-40f), splat16(0x1p-40f));
     const Wide inv = one / select16(less16(abs16(d), splat16(0x1p-40f)), tiny, d);
-    const Wide slack =
-        (abs16(o) + splat16(tree.reach[k])) * splat16(0x1p-20f) + splat16(0x1p-38f * span + 1e-37f);
+    const Wide slack = madd16(abs16(o) + splat16(tree.reach[k]), splat16(0x1p-20f),
+                              madd16(spans, splat16(0x1p-38f), splat16(1e-37f)));
     const Wide offset = zero - o * inv, pad = slack * abs16(inv);
     store16(inverse[k], inv);
     store16(near_offset[k], offset - pad);

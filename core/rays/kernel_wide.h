@@ -2,6 +2,13 @@
 
 constexpr std::size_t kLanes = 16;
 
+/// Whether testing sixteen lanes costs less than finding out that it is not needed.
+#ifdef LB_KERNEL_AVX512
+constexpr bool kAllBoxes = true;
+#else
+constexpr bool kAllBoxes = false;
+#endif
+
 #ifdef LB_KERNEL_AVX512
 struct Wide {
   __m512 v;
@@ -70,6 +77,42 @@ LB_INLINE Wide select16(unsigned mask, Wide a, Wide b) {
 }
 LB_INLINE V8f half16(Wide a, bool upper) { return upper ? a.high : a.low; }
 #endif
+
+/// Sixteen bits each of eight words, the first four in `low`.
+LB_INLINE V8i spread8(std::uint64_t low, std::uint64_t high) {
+  using Halves = std::uint64_t __attribute__((vector_size(16)));
+  using Shorts = std::uint16_t __attribute__((vector_size(16)));
+  return __builtin_convertvector(reinterpret_cast<Shorts>(Halves{low, high}), V8i);
+}
+
+#ifndef LB_KERNEL_AVX512
+/// The places of the bits of a byte, in order, for every byte.
+constexpr auto kPlacesOfBits = [] {
+  std::array<std::array<std::uint8_t, 8>, 256> places{};
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    std::size_t count = 0;
+    for (std::uint8_t bit = 0; bit < 8; ++bit) {
+      if ((byte >> bit & 1u) != 0) places[byte][count++] = bit;
+    }
+  }
+  return places;
+}();
+#endif
+
+/// Puts the marked words of `from` in order to `to`, where there is room for eight; how many.
+LB_INLINE std::size_t pack8(unsigned marked, const std::uint32_t* from, std::uint32_t* to) {
+#ifdef LB_KERNEL_AVX512
+  const __m256i words = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                      _mm256_maskz_compress_epi32(static_cast<__mmask8>(marked), words));
+#else
+  using Bytes = std::uint8_t __attribute__((vector_size(8)));
+  Bytes places;
+  std::memcpy(&places, kPlacesOfBits[marked].data(), sizeof places);
+  permute8(to, from, __builtin_convertvector(places, V8i));
+#endif
+  return static_cast<std::size_t>(std::popcount(marked));
+}
 
 /// The least lane of each of four vectors.
 LB_INLINE V4f least_of_four(Wide a, Wide b, Wide c, Wide d) {
