@@ -30,6 +30,8 @@ constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr int kNormalBits = 12;
 constexpr int kPositionBits = 14;  // of the median mesh
 constexpr float kTextureStep = 1.0f / 65536;
+/// As fine as the normals' bits; a power of two, so that w stays 1 or -1 but for an ulp.
+constexpr float kTangentStep = 1.0f / 2048;
 /// Beyond, steps and places on the grid would not be exact in float.
 constexpr int kMostBits = 22;
 
@@ -134,6 +136,7 @@ void choose_grids(Stream& s, float step) {
     s.grids.emplace_back();
     if (type.component_type != 5126) continue;
     if (is_position(type)) s.grids.back() = grid_of(type, s.data[a], step);
+    if (type.name == "TANGENT") s.grids.back() = grid_of(type, s.data[a], kTangentStep);
     if (type.name.starts_with("TEXCOORD_")) s.grids.back() = grid_of(type, s.data[a], kTextureStep);
   }
 }

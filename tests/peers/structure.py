@@ -129,8 +129,7 @@ class File:
 
     def look(self, material):
         """A material apart from its lightmap and from the numbers of texture coordinates, which the lightmap may move."""
-        if material is None:
-            return None
+        entry = {} if material is None else self.json["materials"][material]
 
         def plain(entry):
             if isinstance(entry, dict):
@@ -138,7 +137,7 @@ class File:
             if isinstance(entry, list):
                 return [plain(v) for v in entry]
             return entry if isinstance(entry, (str, bool)) or entry is None else float(entry)
-        return json.dumps(plain(self.json["materials"][material]), sort_keys=True)
+        return json.dumps(plain(entry), sort_keys=True)
 
     def looks(self, primitive, material=None):
         """Material and variants of a primitive; `material` stands for its own where vertices hold the colour."""
