@@ -40,8 +40,13 @@ class Glb:
             out = np.maximum(out / float(np.iinfo(COMPONENTS[kind]).max), -1.0)
         return out
 
+    def is_compressed(self, index):
+        view = self.json["accessors"][index].get("bufferView")
+        return view is not None and "EXT_meshopt_compression" in self.json["bufferViews"][view].get("extensions", {})
+
     def world_nodes(self):
-        """(node, 4x4 world matrix) of every node of the default scene, GPU instances one by one."""
+        """(node, 4x4 world matrix) of every node of the default scene, GPU instances one by one; without what compressed
+        attributes say of them."""
         nodes = self.json.get("nodes", [])
         open_ = [(i, np.eye(4)) for i in self.json["scenes"][self.json.get("scene", 0)].get("nodes", [])]
         while open_:
@@ -53,8 +58,9 @@ class Glb:
             if instancing is None:
                 yield node, world
                 continue
-            attributes = {k: self.values(v) for k, v in instancing["attributes"].items()}
-            count = len(next(iter(attributes.values())))
+            accessors = instancing["attributes"]
+            count = self.json["accessors"][next(iter(accessors.values()))]["count"]
+            attributes = {k: self.values(v) for k, v in accessors.items() if not self.is_compressed(v)}
             for i in range(count):
                 yield node, world @ trs(attributes["TRANSLATION"][i] if "TRANSLATION" in attributes else [0, 0, 0],
                                         attributes["ROTATION"][i] if "ROTATION" in attributes else [0, 0, 0, 1],
