@@ -7,7 +7,8 @@
 //
 // --plain: only the chosen plan. --tenth: the best plan of a tenth of the input's draws as well.
 // --growth: what copies of shared meshes may make of the bytes. For each k-d split, ours is the
-// plan of the draw cost, found by bisection, that needs no more draws than it.
+// plan of the draw cost, found by bisection, that needs no more draws than it. Leaves that hold the
+// whole scene are left out.
 
 #include <cmath>
 #include <cstdio>
@@ -141,6 +142,7 @@ void run(const Subject& s, const Options& options) {
   }
   if (options.plain) return;
   for (const std::uint32_t leaf : options.leaves) {
+    if (s.scene.triangles.size() <= leaf) continue;  // nothing is split
     const auto kd =
         batches::measure_draws(views, batches::draws_of_median_split(s.scene, leaf)).inside;
     const auto ours = at_most(s, views, kd.draws);
