@@ -31,7 +31,26 @@ struct Bound {
   float uncertainty = 0;
 };
 
-Bound bound_of(const Aabb& box, float power, const Receiver& at) {
+/// Largest cosine at the emitters of a node, in a sphere of the given radius. to: from the receiver
+/// to the middle of the sphere, `distance` long.
+float largest_facing(const FacingCone& cone, const Vec3f& to, float distance, float radius) {
+  if (cone.cos_angle <= -1 || distance <= radius) return 1;
+  const auto sine = [](float cosine) { return std::sqrt(std::max(0.0f, 1 - cosine * cosine)); };
+  // The cone widened by the angle that the sphere takes.
+  const float sin_wide = radius / distance, cos_wide = sine(sin_wide);
+  const float sin_cone = sine(cone.cos_angle);
+  const float cos_angle = cone.cos_angle * cos_wide - sin_cone * sin_wide;
+  const float sin_angle = sin_cone * cos_wide + cone.cos_angle * sin_wide;
+  const float cosine = -dot(cone.axis, to) / distance;
+  const bool half_a_turn = sin_angle <= 0;
+  if (half_a_turn || cosine >= cos_angle) return 1;
+  // Rounding of cosines near 1 in single precision.
+  constexpr float kSlack = 5e-4f;
+  return std::min(1.0f, cosine * cos_angle + sine(cosine) * sin_angle + kSlack);
+}
+
+Bound bound_of(const LightSources& sources, Hierarchy::NodeId node, const Receiver& at) {
+  const Aabb& box = sources.emitter_tree().box(node);
   const Vec3f to = box.centre() - at.frame.position;
   const float radius = 0.5f * box.diagonal();
   const Vec3f half = box.extent() * 0.5f;
@@ -44,7 +63,10 @@ Bound bound_of(const Aabb& box, float power, const Receiver& at) {
   const float cosine =
       at.is_in_space() ? 1.0f
                        : std::min(1.0f, (height + 1e-20f) / std::max(distance, radius + 1e-20f));
-  const float importance = power * cosine / (kPi * std::max(squared, radius * radius) + 1e-30f);
+  const float facing = largest_facing(sources.facing(node), to, distance, radius);
+  if (facing <= 0) return {};
+  const float importance =
+      sources.power(node) * cosine * facing / (kPi * std::max(squared, radius * radius) + 1e-30f);
   return {importance, importance * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
 }
 
@@ -193,7 +215,7 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
   float sum = 0;
   const auto heap_end = [&] { return cut.begin() + static_cast<std::ptrdiff_t>(size); };
   const auto push = [&](Hierarchy::NodeId id) {
-    Bound bound = bound_of(tree.box(id), sources_->power(id), at);
+    Bound bound = bound_of(*sources_, id, at);
     if (bound.importance <= 0) return;
     if (tree.is_leaf(id)) bound.uncertainty = 0;
     cut[size++] = {id, bound};
@@ -218,12 +240,12 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
     } else {
       const std::uint32_t last = tree.primitives(cut[i].id).back();
       const bool one_lamp = emitters[first].lamp == emitters[last].lamp;
-      const float power = sources_->power(cut[i].id);
-      const std::uint32_t picked =
-          sources_->pick(cut[i].id, turned(random.next_float(), choice.turn));
-      const float own = emitters[picked].power;
-      if (own > 0) {
-        add(picked, one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1, power / own);
+      const auto walk = hierarchy::descend(
+          tree, cut[i].id, turned(random.next_float(), choice.turn),
+          [&](Hierarchy::NodeId id) { return bound_of(*sources_, id, at).importance; });
+      if (walk.probability > 0) {
+        add(tree.primitive(tree.first(walk.leaf)),
+            one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1, 1 / walk.probability);
       }
     }
   }
@@ -291,7 +313,7 @@ Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pi
   if (sources_->emitters().empty()) return {};
   const Hierarchy& tree = sources_->emitter_tree();
   const auto importance = [&](Hierarchy::NodeId id) {
-    return static_cast<double>(bound_of(tree.box(id), sources_->power(id), at).importance);
+    return static_cast<double>(bound_of(*sources_, id, at).importance);
   };
   const double asked =
       worth > 0 ? std::clamp(importance(0) / static_cast<double>(worth), kLeastChance, 1.0) : 1;

@@ -63,7 +63,7 @@ struct Incident {
 
 /// Irradiance from emitters at one point, visibility apart: the exact point-to-polygon factor
 /// (Lambert) for each emitter that matters, and for the rest a cut through the emitter tree with
-/// one emitter picked by power under each node (Walter et al. 2005, with exact leaves).
+/// one emitter picked by its bound under each node (Walter et al. 2005, with exact leaves).
 struct EmitterTerms {
   static constexpr std::size_t kCapacity = 128;
   struct Term {
@@ -71,7 +71,7 @@ struct EmitterTerms {
     std::uint32_t source = 0;  // the same for all terms of a lamp, or of a cut node above lamps
     Rgb irradiance;            // unoccluded, lux
     float weight = 0;          // channel sum of irradiance
-    float scale = 1;           // of a cut node over its representative, by power
+    float scale = 1;           // 1 over the chance of a cut node's representative
   };
   std::array<Term, kCapacity> term;
   std::size_t count = 0;  // of term

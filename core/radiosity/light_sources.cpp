@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/base/random.h"
-#include "core/hierarchy/descend.h"
 #include "core/math/sampling.h"
 
 namespace lightbatch::radiosity {
@@ -64,6 +63,28 @@ void for_each_even_part(const optics::Optics& optics, std::uint32_t triangle, co
 }
 
 }  // namespace
+
+FacingCone FacingCone::of(const Emitter& e) {
+  if (e.is_point() || e.double_sided) return {};
+  const Vec3d normal = cross(to_double(e.b - e.a), to_double(e.c - e.a));
+  if (!(dot(normal, normal) > 0)) return {};
+  return {to_float(normalized(normal)), 1};
+}
+
+FacingCone FacingCone::around(const FacingCone& a, const FacingCone& b) {
+  const double angle_a = std::acos(std::clamp(static_cast<double>(a.cos_angle), -1.0, 1.0));
+  const double angle_b = std::acos(std::clamp(static_cast<double>(b.cos_angle), -1.0, 1.0));
+  if (angle_b > angle_a) return around(b, a);
+  const Vec3d axis = to_double(a.axis), other = to_double(b.axis);
+  const double between = std::acos(std::clamp(dot(axis, other), -1.0, 1.0));
+  if (between + angle_b <= angle_a) return a;
+  const double angle = (angle_a + between + angle_b) / 2;
+  const Vec3d across = other - axis * dot(axis, other);
+  if (angle >= kPiDouble || !(dot(across, across) > 0)) return {};
+  const double turn = angle - angle_a;
+  const Vec3d middle = axis * std::cos(turn) + normalized(across) * std::sin(turn);
+  return {to_float(normalized(middle)), static_cast<float>(std::cos(angle))};
+}
 
 Rgb PunctualLight::irradiance(const Vec3f& at, const Vec3f& normal) const {
   if (kind == scene::LightKind::kDirectional) {
@@ -187,11 +208,17 @@ void LightSources::build_tree() {
   }
   emitter_tree_ = hierarchy::build(boxes);
   node_power_.resize(emitter_tree_.node_count());
+  node_facing_.resize(emitter_tree_.node_count());
   for (auto node = emitter_tree_.node_count(); node-- > 0;) {
-    node_power_[node] =
-        emitter_tree_.is_leaf(node)
-            ? emitters_[emitter_tree_.primitive(emitter_tree_.first(node))].power
-            : node_power_[emitter_tree_.left(node)] + node_power_[emitter_tree_.right(node)];
+    if (emitter_tree_.is_leaf(node)) {
+      const Emitter& e = emitters_[emitter_tree_.primitive(emitter_tree_.first(node))];
+      node_power_[node] = e.power;
+      node_facing_[node] = FacingCone::of(e);
+    } else {
+      const auto left = emitter_tree_.left(node), right = emitter_tree_.right(node);
+      node_power_[node] = node_power_[left] + node_power_[right];
+      node_facing_[node] = FacingCone::around(node_facing_[left], node_facing_[right]);
+    }
   }
 }
 
@@ -221,13 +248,6 @@ void LightSources::find_lamps() {
     stack.push_back(emitter_tree_.right(node));
     stack.push_back(emitter_tree_.left(node));
   }
-}
-
-std::uint32_t LightSources::pick(hierarchy::Hierarchy::NodeId node, float random) const {
-  // Every emitter has power, so that every walk ends at a leaf.
-  const auto walk =
-      hierarchy::descend(emitter_tree_, node, random, [&](auto n) { return power(n); });
-  return emitter_tree_.primitive(emitter_tree_.first(walk.leaf));
 }
 
 }  // namespace lightbatch::radiosity

@@ -54,6 +54,15 @@ struct Emitter {
 /// Point and spot lights up to which each is a light of its own.
 constexpr std::size_t kMostPunctual = 16;
 
+/// Directions that a cluster of emitters faces: all within an angle of an axis.
+struct FacingCone {
+  Vec3f axis{0, 0, 1};   // unit
+  float cos_angle = -1;  // -1: every direction
+  static FacingCone of(const Emitter& e);
+  /// Holds both (Conty Estevez and Kulla 2018, algorithm 1).
+  static FacingCone around(const FacingCone& a, const FacingCone& b);
+};
+
 /// Everything in a scene that sends light out, sky aside. Emitters have a hierarchy of their own
 /// (the product's builder over their boxes) so that many of them cost less than their number.
 class LightSources {
@@ -79,8 +88,8 @@ class LightSources {
   const hierarchy::Hierarchy& emitter_tree() const { return emitter_tree_; }
   /// Summed Emitter::power under a node of the emitter tree.
   float power(hierarchy::Hierarchy::NodeId node) const { return node_power_[node]; }
-  /// An emitter under a node, with probability its share of the node's power; random in [0, 1).
-  std::uint32_t pick(hierarchy::Hierarchy::NodeId node, float random) const;
+  /// Where the emitters under a node send light to.
+  const FacingCone& facing(hierarchy::Hierarchy::NodeId node) const { return node_facing_[node]; }
 
  private:
   void add_punctual(const scene::Scene& scene, const Kinds& kinds, Grouping& grouping);
@@ -95,6 +104,7 @@ class LightSources {
   std::vector<LightGroup> groups_;
   hierarchy::Hierarchy emitter_tree_;
   std::vector<float> node_power_;
+  std::vector<FacingCone> node_facing_;
 };
 
 }  // namespace lightbatch::radiosity
