@@ -35,10 +35,7 @@ class Ranges {
  public:
   explicit Ranges(const Scene& scene) : scene_(scene) {
     for (const Material& m : scene.materials) {
-      for (const TextureSlot* slot :
-           {&m.base_color_texture, &m.metallic_texture, &m.emission_texture,
-            &m.transmission_texture, &m.diffuse_transmission_texture,
-            &m.diffuse_transmission_color_texture}) {
+      for (const TextureSlot* slot : m.texture_slots()) {
         if (slot->present() && !ranges_.contains(slot->image)) {
           ranges_.emplace(slot->image, TextureRange(*scene.images[slot->image]));
         }
@@ -249,6 +246,12 @@ Optics::Optics(const Scene& scene, const Options& options) : scene_(&scene) {
         c.surface = rays::Surface::kFiltered;
         c.flags |= kSheet;
       }
+      if (c.surface == rays::Surface::kClear) {
+        c.flags = static_cast<std::uint8_t>(c.flags & ~(kEmits | kTexturedEmission));
+      } else if ((c.flags & kEmits) && options.textured_emission &&
+                 ((c.flags & kMask) || (alpha_counts && (c.flags & kSheet) && low != high))) {
+        c.flags |= kTexturedEmission;  // its coverage varies
+      }
       flags_[i] = c.flags;
       surfaces_[i] = c.surface;
     }
@@ -314,7 +317,10 @@ Rgb Optics::emission(std::uint32_t triangle, float u, float v) const {
     const auto texel = sample(*scene_, m.emission_texture, triangle, u, v, true);
     value *= Rgb{texel[0], texel[1], texel[2]};
   }
-  return value;
+  // What is cut away or fades shines as much less.
+  const bool covers_in_part =
+      surfaces_[triangle] == rays::Surface::kFiltered && m.alpha_mode != AlphaMode::kOpaque;
+  return covers_in_part ? value * point(m, triangle, u, v).alpha : value;
 }
 
 Rgb Optics::transmittance(std::uint32_t triangle, float u, float v) const {

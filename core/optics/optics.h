@@ -45,7 +45,8 @@ class Optics {
 
   /// Diffuse reflectance at barycentric (u, v) of the triangle.
   Rgb reflectance(std::uint32_t triangle, float u, float v) const;
-  /// Emitted luminance of the front (of both sides when double-sided), nits.
+  /// Emitted luminance of the front (of both sides when double-sided), nits: of the material, times
+  /// the alpha coverage.
   Rgb emission(std::uint32_t triangle, float u, float v) const;
   /// Straight-through transmittance per channel.
   Rgb transmittance(std::uint32_t triangle, float u, float v) const;

@@ -46,8 +46,12 @@ float fold(float coordinate, scene::Wrap wrap) {
 std::array<float, 4> sample_texture(const image::Image8& image, const scene::TextureSlot& slot,
                                     Vec2f uv, bool srgb) {
   const Vec2f t = transform_uv(slot, uv);
-  const float x = fold(t.x, slot.wrap_u) * static_cast<float>(image.width) - 0.5f;
-  const float y = fold(t.y, slot.wrap_v) * static_cast<float>(image.height) - 0.5f;
+  float x = fold(t.x, slot.wrap_u) * static_cast<float>(image.width) - 0.5f;
+  float y = fold(t.y, slot.wrap_v) * static_cast<float>(image.height) - 0.5f;
+  if (slot.filter == scene::Filter::kNearest) {
+    x = std::floor(x + 0.5f);
+    y = std::floor(y + 0.5f);
+  }
   const float fx = std::floor(x);
   const float fy = std::floor(y);
   const float ax = x - fx;

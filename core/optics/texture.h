@@ -9,7 +9,8 @@
 
 namespace lightbatch::optics {
 
-/// Bilinear look-up as glTF samplers do it: texel centres at half integers, wrap per axis.
+/// Look-up as glTF samplers magnify, bilinear or nearest: texel centres at half integers, wrap per
+/// axis.
 /// Channels in [0, 1]; srgb decodes RGB (IEC 61966-2-1) before filtering, alpha stays linear.
 std::array<float, 4> sample_texture(const image::Image8& image, const scene::TextureSlot& slot,
                                     Vec2f uv, bool srgb);

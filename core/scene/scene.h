@@ -17,6 +17,7 @@ namespace lightbatch::scene {
 constexpr std::uint32_t kNone = 0xffffffffu;
 
 enum class Wrap : std::uint8_t { kRepeat, kClamp, kMirror };
+enum class Filter : std::uint8_t { kLinear, kNearest };
 
 /// A use of an image by a material: KHR_texture_transform already folded in.
 /// uv' = (m00 u + m01 v + tu, m10 u + m11 v + tv), then wrap.
@@ -26,6 +27,7 @@ struct TextureSlot {
   std::uint8_t uv_set = 0;  // 0 or 1; larger sets count as absent
   Wrap wrap_u = Wrap::kRepeat;
   Wrap wrap_v = Wrap::kRepeat;
+  Filter filter = Filter::kLinear;  // of magnification
   float m00 = 1, m01 = 0, m10 = 0, m11 = 1, tu = 0, tv = 0;
   bool present() const { return image != kNone; }
 };
@@ -54,6 +56,24 @@ struct Material {
   TextureSlot diffuse_transmission_texture;  // alpha channel
   Rgb diffuse_transmission_color{1, 1, 1};
   TextureSlot diffuse_transmission_color_texture;  // sRGB
+
+  /// Every texture that light transport reads.
+  std::array<TextureSlot*, 6> texture_slots() {
+    return {&base_color_texture,
+            &metallic_texture,
+            &emission_texture,
+            &transmission_texture,
+            &diffuse_transmission_texture,
+            &diffuse_transmission_color_texture};
+  }
+  std::array<const TextureSlot*, 6> texture_slots() const {
+    return {&base_color_texture,
+            &metallic_texture,
+            &emission_texture,
+            &transmission_texture,
+            &diffuse_transmission_texture,
+            &diffuse_transmission_color_texture};
+  }
 };
 
 enum class LightKind : std::uint8_t { kPoint, kSpot, kDirectional };

@@ -210,9 +210,7 @@ class SceneReader {
 
   static PrimitiveNeeds needs_of(const scene::Material& material) {
     PrimitiveNeeds needs;
-    for (const scene::TextureSlot* slot :
-         {&material.base_color_texture, &material.metallic_texture, &material.emission_texture,
-          &material.transmission_texture}) {
+    for (const scene::TextureSlot* slot : material.texture_slots()) {
       if (slot->present()) (slot->uv_set == 0 ? needs.uv0 : needs.uv1) = true;
     }
     return needs;

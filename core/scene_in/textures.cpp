@@ -47,11 +47,6 @@ bool is_finite_slot(const scene::TextureSlot& slot) {
          std::isfinite(slot.m11) && std::isfinite(slot.tu) && std::isfinite(slot.tv);
 }
 
-std::vector<scene::TextureSlot*> slots_of(scene::Material& material) {
-  return {&material.base_color_texture, &material.metallic_texture, &material.emission_texture,
-          &material.transmission_texture};
-}
-
 }  // namespace
 
 TextureReader::TextureReader(const gltf::Document& document, const tinygltf::Model& model,
@@ -95,6 +90,8 @@ scene::TextureSlot TextureReader::make(int texture, double texcoord,
     const tinygltf::Sampler& sampler = model_.samplers[static_cast<std::size_t>(source.sampler)];
     slot.wrap_u = wrap_of(sampler.wrapS);
     slot.wrap_v = wrap_of(sampler.wrapT);
+    constexpr int kNearest = 9728;
+    if (sampler.magFilter == kNearest) slot.filter = scene::Filter::kNearest;
   }
   slot.image = image_of(source);
   if (slot.image == scene::kNone) {
@@ -137,8 +134,8 @@ void TextureReader::warn_of_unreadable(const std::map<std::uint32_t, std::uint32
 void TextureReader::decode(scene::Scene& scene) {
   // glTF image index -> index into scene.images, or kNone when it cannot be decoded.
   std::map<std::uint32_t, std::uint32_t> wanted;
-  for (scene::Material& material : scene.materials) {
-    for (const scene::TextureSlot* slot : slots_of(material)) {
+  for (const scene::Material& material : scene.materials) {
+    for (const scene::TextureSlot* slot : material.texture_slots()) {
       if (slot->present()) wanted.emplace(slot->image, scene::kNone);
     }
   }
@@ -185,7 +182,7 @@ void TextureReader::decode(scene::Scene& scene) {
     scene.images.push_back(std::make_shared<const image::Image8>(std::move(decoded[i]).value()));
   }
   for (scene::Material& material : scene.materials) {
-    for (scene::TextureSlot* slot : slots_of(material)) {
+    for (scene::TextureSlot* slot : material.texture_slots()) {
       if (slot->present()) slot->image = wanted[slot->image];
     }
   }

@@ -155,6 +155,40 @@ TEST(Texture, EachImageIsDecodedOnce) {
   EXPECT_EQ(scene.uv0[2], (Vec2f{1, 0}));
 }
 
+// An image that no other material slot reads, behind one that is not decoded at all.
+TEST(Texture, DiffuseTransmissionIsReadLikeTheOthers) {
+  SceneBuilder builder = textured_square(
+      {{"normalTexture", {{"index", 0}}},
+       {"extensions",
+        {{"KHR_materials_diffuse_transmission",
+          {{"diffuseTransmissionFactor", 0.5},
+           {"diffuseTransmissionTexture", {{"index", 1}}},
+           {"diffuseTransmissionColorTexture", {{"index", 1}, {"texCoord", 1}}}}}}}});
+  use(builder, "KHR_materials_diffuse_transmission");
+  add_image(builder, 3);
+  add_image(builder, 5);
+  builder.json["textures"] = {{{"source", 0}}, {{"source", 1}}};
+  const scene::Scene scene = read(builder);
+  ASSERT_EQ(scene.images.size(), 1u);
+  EXPECT_EQ(scene.images[0]->width, 5);
+  EXPECT_EQ(scene.materials[0].diffuse_transmission_texture.image, 0u);
+  EXPECT_EQ(scene.materials[0].diffuse_transmission_color_texture.image, 0u);
+  EXPECT_EQ(scene.uv0.size(), 4u);
+  EXPECT_EQ(scene.uv1.size(), 4u);
+}
+
+TEST(Texture, FilterIsTheSamplers) {
+  for (const auto& [filter, expected] :
+       {std::pair{9728, scene::Filter::kNearest}, {9729, scene::Filter::kLinear}}) {
+    SceneBuilder builder =
+        textured_square({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+    add_image(builder, 3);
+    builder.json["textures"] = {{{"source", 0}, {"sampler", 0}}};
+    builder.json["samplers"] = {{{"magFilter", filter}}};
+    EXPECT_EQ(read(builder).materials[0].base_color_texture.filter, expected);
+  }
+}
+
 TEST(Texture, TransformIsFoldedIn) {
   // The extension's own example: offset (0, 1), a quarter turn, half size: the lower left quadrant.
   SceneBuilder builder = textured_square({{"pbrMetallicRoughness",
