@@ -122,16 +122,21 @@ TexelMap cover_texels(const scene::Scene& scene, const Layout& layout) {
   return map;
 }
 
-SurfacePoint point_at(const Layout& layout, std::uint32_t triangle, Vec2f page_uv) {
-  const GridTriangle g = grid_triangle(layout, triangle);
+PageTriangle::PageTriangle(const Layout& layout, std::uint32_t triangle)
+    : triangle_(triangle),
+      corner_(grid_triangle(layout, triangle)),
+      twice_area_(atlas::twice_area(corner_)) {}
+
+SurfacePoint PageTriangle::at(Vec2f page_uv) const {
+  const GridTriangle& g = corner_;
   const double x = static_cast<double>(page_uv.x) * kUnits;
   const double y = static_cast<double>(page_uv.y) * kUnits;
   double weight[3] = {1.0 / 3, 1.0 / 3, 1.0 / 3};
-  const std::int64_t twice = twice_area(g);
-  if (twice != 0) {
+  if (twice_area_ != 0) {
     for (std::size_t k = 0; k < 3; ++k) {
       const GridPoint &a = g[(k + 1) % 3], &b = g[(k + 2) % 3];
-      weight[k] = ((a.x - x) * (b.y - y) - (b.x - x) * (a.y - y)) / static_cast<double>(twice);
+      weight[k] =
+          ((a.x - x) * (b.y - y) - (b.x - x) * (a.y - y)) / static_cast<double>(twice_area_);
       weight[k] = std::max(weight[k], 0.0);
     }
     const double sum = weight[0] + weight[1] + weight[2];
@@ -149,7 +154,7 @@ SurfacePoint point_at(const Layout& layout, std::uint32_t triangle, Vec2f page_u
     weight[line.order[2]] = t / 2 + (before ? 0.0 : (1 - along) / 2);
   }
   SurfacePoint point;
-  point.triangle = triangle;
+  point.triangle = triangle_;
   point.u = static_cast<float>(weight[1]);
   point.v = static_cast<float>(weight[2]);
   return point;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/atlas/grid.h"
 #include "core/atlas/layout.h"
 
 namespace lightbatch::atlas {
@@ -67,8 +68,22 @@ struct SurfacePoint {
 /// Exact coverage of every texel by the laid-out triangles. Deterministic; parallel.
 TexelMap cover_texels(const scene::Scene& scene, const Layout& layout);
 
-/// The surface point of a triangle at page coordinates (clamped to the triangle). On a triangle
-/// that collapsed to a line: the middle of the section that the line's point stands for.
-SurfacePoint point_at(const Layout& layout, std::uint32_t triangle, Vec2f page_uv);
+/// A laid-out triangle, made once to look up many of its points.
+class PageTriangle {
+ public:
+  PageTriangle(const Layout& layout, std::uint32_t triangle);
+  /// The surface point at page coordinates (clamped to the triangle). On a triangle that collapsed
+  /// to a line: the middle of the section that the line's point stands for.
+  SurfacePoint at(Vec2f page_uv) const;
+
+ private:
+  std::uint32_t triangle_;
+  GridTriangle corner_;
+  std::int64_t twice_area_;
+};
+
+inline SurfacePoint point_at(const Layout& layout, std::uint32_t triangle, Vec2f page_uv) {
+  return PageTriangle(layout, triangle).at(page_uv);
+}
 
 }  // namespace lightbatch::atlas

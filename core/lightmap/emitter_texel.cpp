@@ -61,6 +61,7 @@ struct EmitterTexel::Sums {
 EmitterTexel::EmitterTexel(const BakeInput& input, const GatherSettings& settings)
     : input_(input),
       settings_(settings),
+      receivers_(input.scene, input.layout, input.direct.lift()),
       allowed_(settings.direct_error * input.mean_irradiance),
       negligible_(kNegligible * allowed_) {}
 
@@ -69,12 +70,8 @@ int EmitterTexel::rays_for_edge(double light, std::size_t edges) const {
   return std::max(kFewestEdgeRays, samples_for_edge(light, each, kEdgeError, kMostEdgeRays));
 }
 
-Receiver EmitterTexel::receiver(const TexelPoints::Point& point) const {
-  return receiver_at(input_.scene, input_.layout, point, input_.direct.lift());
-}
-
-TexelPoints::Point EmitterTexel::place(std::uint32_t i, Vec2f within) const {
-  return moved_within(input_.layout, grid_.point[i % grid_.count], within);
+Receiver EmitterTexel::receiver(std::uint32_t i, Vec2f within) {
+  return receivers_(grid_.point[i % grid_.count], within);
 }
 
 /// Terms at `points` points of the texel, by source.
@@ -85,7 +82,7 @@ void EmitterTexel::collect(std::uint32_t t, std::uint32_t points, BakeCounts& co
   points_ = used;
   records_.clear();
   for (std::uint32_t i = 0; i < used; ++i) {
-    const Receiver at = receiver(i < grid_.count ? grid_.point[i] : place(i, within.point(i)));
+    const Receiver at = receiver(i, i < grid_.count ? Vec2f{0.5f, 0.5f} : within.point(i));
     const float turn = static_cast<float>(i) / static_cast<float>(used);
     input_.direct.emitter_terms(at, {item_seed(input_.seed, t, 200), turn}, terms_, counts.rays,
                                 static_cast<float>(negligible_));
@@ -110,7 +107,7 @@ VisibilitySum EmitterTexel::cast(std::uint32_t t, std::span<const Record> record
     const auto chosen =
         std::upper_bound(up_to_.begin(), up_to_.end() - 1, sequence.coordinate(k, 2) * weight);
     const Record& r = records[static_cast<std::size_t>(chosen - up_to_.begin())];
-    input_.direct.emitter_ray(receiver(place(r.point, sequence.pair(k, 3))), r.term,
+    input_.direct.emitter_ray(receiver(r.point, sequence.pair(k, 3)), r.term,
                               static_cast<double>(r.term.weight / weight), sequence.pair(k, 0),
                               counts.rays, sum);
   }

@@ -60,9 +60,8 @@ class EmitterTexel {
   };
   struct Sums;
 
-  radiosity::Receiver receiver(const TexelPoints::Point& point) const;
-  /// The i-th of a texel's points, moved.
-  TexelPoints::Point place(std::uint32_t i, Vec2f within) const;
+  /// The i-th of the texel's points, moved.
+  radiosity::Receiver receiver(std::uint32_t i, Vec2f within);
   void collect(std::uint32_t t, std::uint32_t points, BakeCounts& counts);
   EmitterPart measure(std::uint32_t t, int fewest_rays, std::span<const SourceState> known,
                       std::vector<SourceState>* states, std::span<Rgb> by_group,
@@ -73,6 +72,7 @@ class EmitterTexel {
 
   const BakeInput& input_;
   const GatherSettings& settings_;
+  Receivers receivers_;
   double allowed_;     // lux that visibility may be off by
   double negligible_;  // lux of a source that is not worth a ray of its own
   TexelPoints grid_;

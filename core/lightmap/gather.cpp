@@ -237,6 +237,7 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
     path.receiver = &centre.frame;
   }
   const OwenSobol8 sequence(seed);
+  Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
   Rgbd sum, first_half;
   double inverse_distance = 0;
   auto wanted = static_cast<std::uint32_t>(rays);
@@ -251,9 +252,7 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
     const auto i = std::min(
         points.count - 1,
         static_cast<std::uint32_t>(sequence.coordinate(k, 2) * static_cast<float>(points.count)));
-    const Receiver from = receiver_at(
-        input_.scene, input_.layout,
-        moved_within(input_.layout, points.point[i], sequence.pair(k, 3)), input_.direct.lift());
+    const Receiver from = receivers(points.point[i], sequence.pair(k, 3));
     const Vec3f direction =
         Frame::about(from.frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
     const Numbers numbers{item_seed(seed, k), sequence.pair(k, 5)};

@@ -64,10 +64,9 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
   const float lift = input_.direct.lift();
   const Receiver centre =
       receiver_at(input_.scene, input_.layout, central_point(input_.texels, texel), lift);
+  Receivers receivers(input_.scene, input_.layout, lift);
   std::array<Receiver, 16> at;
-  for (std::uint32_t i = 0; i < used; ++i) {
-    at[i] = receiver_at(input_.scene, input_.layout, points.point[i], lift);
-  }
+  for (std::uint32_t i = 0; i < used; ++i) at[i] = receivers(points.point[i], {0.5f, 0.5f});
   std::uint32_t hash = 1;
   for (const PunctualLight& light : lights_) {
     Rgbd open;
@@ -92,9 +91,7 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
     if (pilot.thorough && !mixed && open.sum() > 3 * kStrong * used * input_.mean_irradiance) {
       const OwenSobol2 within(static_cast<std::uint32_t>(item_seed(input_.seed, t, 290)));
       for (std::uint32_t i = 0; i < points.count && !mixed; ++i) {
-        const Receiver near =
-            receiver_at(input_.scene, input_.layout,
-                        moved_within(input_.layout, points.point[i], within.point(i)), lift);
+        const Receiver near = receivers(points.point[i], within.point(i));
         mixed = !(input_.direct.punctual_visibility(near, light, counts.rays) == share);
       }
     }
@@ -111,15 +108,13 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
 Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& points,
                               BakeCounts& counts) const {
   const PunctualLight& light = lights_[l];
-  const float lift = input_.direct.lift();
+  Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
   std::array<Sixteenth, 16> part;
   double open_sum = 0;
   const auto take = [&](std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
     const OwenSobol2 shift(static_cast<std::uint32_t>(item_seed(input_.seed, t, 300 + 16 * l + i)));
     for (std::uint32_t round = begin; round < end; ++round) {
-      const Receiver at =
-          receiver_at(input_.scene, input_.layout,
-                      moved_within(input_.layout, points.point[i], shift.point(round)), lift);
+      const Receiver at = receivers(points.point[i], shift.point(round));
       const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
       const Rgb share =
           open.is_black() ? Rgb{} : input_.direct.punctual_visibility(at, light, counts.rays);

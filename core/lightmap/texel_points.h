@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "core/atlas/texels.h"
 #include "core/optics/surface_frame.h"
@@ -37,5 +38,24 @@ TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::
 /// The texel's side of the surface at a point of it, ready to cast from.
 radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,
                                 const TexelPoints::Point& point, float lift);
+
+/// The same for many points, few of which in a row lie on different triangles; moved as
+/// moved_within does.
+class Receivers {
+ public:
+  Receivers(const scene::Scene& scene, const atlas::Layout& layout, float lift)
+      : scene_(scene), layout_(layout), lift_(lift) {}
+
+  radiosity::Receiver operator()(const TexelPoints::Point& point, Vec2f moved_by);
+
+ private:
+  const scene::Scene& scene_;
+  const atlas::Layout& layout_;
+  float lift_;
+  std::uint32_t triangle_ = scene::kNone;
+  std::optional<atlas::PageTriangle> on_page_;
+  Vec3f corner_, e1_, e2_;
+  Vec3f normal_;  // of the front
+};
 
 }  // namespace lightbatch::lightmap

@@ -16,6 +16,7 @@ VirtualTexel::Value VirtualTexel::operator()(const TexelPoints& points,
   lights_.serve(centre, served);
   if (!(served.sum > 0)) return value;
   const OwenSobol8 sequence(seed);
+  Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
   for (int k = 0; k < rays; ++k) {
     const auto index = static_cast<std::uint32_t>(k);
     // A comb over the lights, which lie side by side as the elements do.
@@ -26,10 +27,7 @@ VirtualTexel::Value VirtualTexel::operator()(const TexelPoints& points,
     const auto point =
         std::min(points.count - 1, static_cast<std::uint32_t>(sequence.coordinate(index, 1) *
                                                               static_cast<float>(points.count)));
-    const radiosity::Receiver from =
-        receiver_at(input_.scene, input_.layout,
-                    moved_within(input_.layout, points.point[point], sequence.pair(index, 2)),
-                    input_.direct.lift());
+    const radiosity::Receiver from = receivers(points.point[point], sequence.pair(index, 2));
     const radiosity::VirtualLights::Light& light = lights_[i];
     const Vec3d to = to_double(light.position) - to_double(from.frame.position);
     const double squared = dot(to, to);
