@@ -14,6 +14,10 @@ namespace {
 constexpr std::size_t kProbes = 8192;
 constexpr double kFewestPaths = 2e5;
 constexpr double kMostPaths = 8e6;
+/// Paths that an ordinary room takes until noise no longer hides an error of 1 % (they go as error
+/// to minus 2), and limits of what a certificate may take of them however small the bake.
+constexpr double kPathsAtOnePercent = 2.2e6;
+constexpr double kFewestOwn = 4e5, kMostOwn = 2.2e6;
 
 /// Share of the probes that go to surface by its area; the others go by baked light, so that what
 /// is lit is judged where it is a small part of all surfaces.
@@ -120,7 +124,7 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
   accuracy::CertificateOptions certificate_options;
   certificate_options.target = p.target_error;
   certificate_options.seed = item_seed(options.seed, 1, 32);
-  certificate_options.max_paths = path_budget(p, bake_rays(light));
+  certificate_options.max_paths = certificate_budget(p, bake_rays(light), p.target_error);
   certificate_options.map_mean = mean_of_map(places, light);
   auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
   clock.stop();
@@ -151,6 +155,12 @@ Result<BorderChecks> check_borders(const JobOptions& options, const Prepared& p,
 std::uint64_t path_budget(const Prepared& p, double bake_rays) {
   return static_cast<std::uint64_t>(
       std::clamp(0.25 * bake_rays / (1.0 + mean_bounces(p)), kFewestPaths, kMostPaths));
+}
+
+std::uint64_t certificate_budget(const Prepared& p, double bake_rays, double target) {
+  const double own = kPathsAtOnePercent * std::pow(0.01 / target, 2);
+  return std::max(path_budget(p, bake_rays),
+                  static_cast<std::uint64_t>(std::clamp(own, kFewestOwn, kMostOwn)));
 }
 
 Result<PilotTruth> judge_pilot(const JobOptions& options, const Prepared& p,

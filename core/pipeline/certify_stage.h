@@ -30,8 +30,11 @@ Result<BorderChecks> check_borders(const JobOptions& options, const Prepared& p,
                                    const std::vector<lightmap::PageImage>& pages, StageClock& clock,
                                    const Progress& progress);
 
-/// Paths that a certificate may take after a bake of so many rays: about a quarter of its price.
+/// Paths of about a quarter of the price of a bake of so many rays.
 std::uint64_t path_budget(const Prepared& p, double bake_rays);
+/// Paths that a certificate may take: as many, but enough to tell the target from noise after a
+/// small bake, too.
+std::uint64_t certificate_budget(const Prepared& p, double bake_rays, double target);
 
 /// What path tracing says of the texels of a pilot.
 struct PilotTruth {

@@ -52,7 +52,8 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
   const auto price_from = [&](const Tuned& tuned, double target) {
     const Pilot& pilot = tuned.pilot;
     const accuracy::Rungs rungs = rungs_for(pilot, target);
-    const double paths = kSpentPaths * static_cast<double>(path_budget(p, rays_at(pilot, rungs)));
+    const double paths =
+        kSpentPaths * static_cast<double>(certificate_budget(p, rays_at(pilot, rungs), target));
     const double rest = seconds_at(pilot, rungs) + paths * pilot.seconds_a_path + after;
     // A pilot starts at its target's own rungs.
     const double own =

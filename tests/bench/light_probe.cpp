@@ -159,8 +159,9 @@ int main(int argc, char** argv) {
     const auto& texel = places->texels.texels[t];
     const auto pts = lightmap::texel_points(places->texels, texel);
     if (selected[t] != 0) {
-      std::printf("texel %zu: %.6g chart %u fragments %zu points %u\n", t,
-                  static_cast<double>(bake->baked.irradiance[t].g), texel.chart,
+      std::printf("texel %zu: %.6g direct %.6g chart %u fragments %zu points %u\n", t,
+                  static_cast<double>(bake->baked.irradiance[t].g),
+                  static_cast<double>(bake->baked.direct[t].g), texel.chart,
                   places->texels.fragments_of(texel).size(), pts.count);
     }
   }
