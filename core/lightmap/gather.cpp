@@ -51,6 +51,19 @@ std::uint32_t worth_casting(int rays, double casts) {
                   std::max(2 * kFirstRays, static_cast<std::uint32_t>(share * rays)));
 }
 
+/// The first point stands for all.
+radiosity::VirtualLights::Asker one_for_all(const TexelPoints& points, Receivers& receivers) {
+  constexpr Vec2f kMiddle{0.5f, 0.5f};
+  const optics::SurfaceFrame first = receivers(points.point[0], kMiddle).frame;
+  radiosity::VirtualLights::Asker one{first.position, first.normal};
+  for (std::uint32_t i = 1; i < points.count; ++i) {
+    const optics::SurfaceFrame other = receivers(points.point[i], kMiddle).frame;
+    one.extent = std::max(one.extent, length(other.position - first.position));
+    one.tilt = std::max(one.tilt, length(other.normal - first.normal));
+  }
+  return one;
+}
+
 }  // namespace
 
 Gather::Gather(const BakeInput& input, const GatherSettings& settings, const Aids* aids)
@@ -229,15 +242,15 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
                                  std::span<Rgb> by_group, Scratch& scratch,
                                  BakeCounts& counts) const {
   scratch.links.clear();
-  const Receiver centre =
-      receiver_at(input_.scene, input_.layout, points.point[0], input_.direct.lift());
+  Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
   Path path{{1, 1, 1}, by_group, nullptr, nullptr};
+  radiosity::VirtualLights::Asker centre;
   if (aids_ != nullptr) {
     path.links = &scratch.links;
-    path.receiver = &centre.frame;
+    centre = one_for_all(points, receivers);
+    path.receiver = &centre;
   }
   const OwenSobol8 sequence(seed);
-  Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
   Rgbd sum, first_half;
   double inverse_distance = 0;
   auto wanted = static_cast<std::uint32_t>(rays);
@@ -269,7 +282,7 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
   VirtualTexel::Value from_virtual;
   if (aids_ != nullptr) {
     from_virtual = VirtualTexel(input_, aids_->lights)(
-        points, centre.frame,
+        points, centre,
         std::max(kFewestVirtual, static_cast<int>(static_cast<double>(rays) *
                                                   settings_.virtual_rays / settings_.rays)),
         static_cast<std::uint32_t>(item_seed(seed, 0, 1)), scratch.served, by_group, counts);

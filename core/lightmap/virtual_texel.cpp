@@ -7,8 +7,8 @@
 namespace lightbatch::lightmap {
 
 VirtualTexel::Value VirtualTexel::operator()(const TexelPoints& points,
-                                             const optics::SurfaceFrame& centre, int rays,
-                                             std::uint32_t seed,
+                                             const radiosity::VirtualLights::Asker& centre,
+                                             int rays, std::uint32_t seed,
                                              radiosity::VirtualLights::Served& served,
                                              std::span<Rgb> by_group, BakeCounts& counts) const {
   Value value;

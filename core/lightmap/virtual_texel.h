@@ -22,8 +22,8 @@ class VirtualTexel {
     double difference = 0;  // of the mean of the channels, between the two halves of the rays
   };
   /// by_group: is added to; empty: not asked. served: scratch.
-  Value operator()(const TexelPoints& points, const optics::SurfaceFrame& centre, int rays,
-                   std::uint32_t seed, radiosity::VirtualLights::Served& served,
+  Value operator()(const TexelPoints& points, const radiosity::VirtualLights::Asker& centre,
+                   int rays, std::uint32_t seed, radiosity::VirtualLights::Served& served,
                    std::span<Rgb> by_group, BakeCounts& counts) const;
 
  private:

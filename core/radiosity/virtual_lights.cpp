@@ -117,7 +117,7 @@ void VirtualLights::finish() {
   nearest_.resize(padded, 1.0f);
 }
 
-void VirtualLights::serve(const optics::SurfaceFrame& receiver, Served& served) const {
+void VirtualLights::serve(const Asker& receiver, Served& served) const {
   constexpr std::size_t kLanes = 8;
   served.by_light.resize(intensity_.size());
   served.by_run.resize(intensity_.size() / kRun);
@@ -135,7 +135,7 @@ void VirtualLights::serve(const optics::SurfaceFrame& receiver, Served& served) 
         const float leaves = std::max(
             0.0f, -(x * normal_[0][i + j] + y * normal_[1][i + j] + z * normal_[2][i + j]));
         const float lux = intensity_[i + j] * arrives * leaves / (squared * squared);
-        served.by_light[i + j] = squared >= nearest_[i + j] ? lux : 0.0f;
+        served.by_light[i + j] = receiver.takes(squared, arrives, nearest_[i + j]) ? lux : 0.0f;
         sum[j] += served.by_light[i + j];
       }
     }

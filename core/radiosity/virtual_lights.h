@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -37,14 +38,28 @@ class VirtualLights {
   std::size_t count() const { return light_.size(); }
   const Light& operator[](std::size_t i) const { return light_[i]; }
 
+  /// One point and direction for all points of a receiver, and how far these differ: lights are
+  /// picked by what they bring to the one, so that they must bring about as much to the others.
+  struct Asker {
+    Vec3f position, normal;
+    float extent = 0;  // metres between positions, at most
+    float tilt = 0;    // length of the difference of unit normals, at most
+
+    /// Whether to serve what lies there. lift: towards it along the normal, metres.
+    bool takes(float squared, float lift, float nearest_squared) const {
+      return squared >= std::max(nearest_squared, 4 * extent * extent) &&
+             lift * lift >= tilt * tilt * squared;
+    }
+  };
+
   /// What the resolved lights bring to a point of an element's side is served to the receiver, by
   /// the same rule as in serve(): together with what rays meet elsewhere it is the whole.
-  bool serves(ElementId e, const optics::SurfaceFrame& receiver,
-              const optics::SurfaceFrame& at) const {
+  bool serves(ElementId e, const Asker& receiver, const optics::SurfaceFrame& at) const {
     if (distance_.empty() || !(distance_[e] > 0)) return false;
     const Vec3f to = at.position - receiver.position;
-    return dot(to, to) >= distance_[e] * distance_[e] && dot(to, receiver.normal) > 0 &&
-           dot(to, at.normal) < 0;
+    const float lift = dot(to, receiver.normal);
+    return lift > 0 && dot(to, at.normal) < 0 &&
+           receiver.takes(dot(to, to), lift, distance_[e] * distance_[e]);
   }
 
   /// Lights are summed up in runs of this many.
@@ -56,7 +71,7 @@ class VirtualLights {
     /// The light under the part [0, sum) of the sum.
     std::size_t find(double part) const;
   };
-  void serve(const optics::SurfaceFrame& receiver, Served& served) const;
+  void serve(const Asker& receiver, Served& served) const;
 
  private:
   void add(const Light& light, float distance);

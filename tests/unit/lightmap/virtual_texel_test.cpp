@@ -61,9 +61,7 @@ TEST(VirtualLights, NoneWhereNothingStandsOut) {
 TEST(VirtualLights, FarReceiversAreServedAsIfByOnePoint) {
   const PatchOfLight room;
   const auto lights = room.lights({500, 0, 1});
-  optics::SurfaceFrame at;
-  at.position = at.origin = {1, 3, 1};
-  at.normal = {0, -1, 0};
+  radiosity::VirtualLights::Asker at{{1, 3, 1}, {0, -1, 0}};
   radiosity::VirtualLights::Served served;
   lights.serve(at, served);
   double flux = 0, picked = 0;
@@ -93,6 +91,35 @@ TEST(VirtualLights, FarReceiversAreServedAsIfByOnePoint) {
   }
 }
 
+// A crumpled texel: picked by what it brings to one point, a light may bring another hundreds of
+// times as much.
+TEST(VirtualLights, BringAboutAsMuchToAllPointsOfAnAsker) {
+  const PatchOfLight room;
+  const auto lights = room.lights({500, 0, 1});
+  radiosity::VirtualLights::Asker at{{2, 0.3f, 1}, {0, -1, 0}};
+  at.extent = 0.4f;
+  at.tilt = 0.3f;
+  radiosity::VirtualLights::Served served;
+  lights.serve(at, served);
+  const auto brings = [&](std::size_t i, const Vec3f& position, const Vec3f& normal) {
+    const Vec3f to = lights[i].position - position;
+    const float squared = dot(to, to);
+    return std::max(0.0f, dot(to, normal)) * std::max(0.0f, -dot(to, lights[i].normal)) /
+           (squared * squared);
+  };
+  std::size_t asked = 0;
+  for (std::size_t i = 0; i < lights.count(); ++i) {
+    if (!(served.by_light[i] > 0)) continue;
+    ++asked;
+    for (const Vec3f& off : {Vec3f{-0.4f, 0, 0}, {0, -0.2f, 0}, {0, 0, 0.4f}}) {
+      const float tilted = brings(i, at.position + off, normalized(Vec3f{-0.3f, -1, 0}));
+      EXPECT_LT(tilted, 20 * brings(i, at.position, at.normal)) << i;
+    }
+  }
+  EXPECT_GT(asked, 0u);
+  EXPECT_LT(asked, lights.count());
+}
+
 // What rays leave out and what virtual lights bring are the same, wherever the receiver is.
 TEST(VirtualLights, ServeWhatRaysLeaveOut) {
   const PatchOfLight room;
@@ -101,9 +128,8 @@ TEST(VirtualLights, ServeWhatRaysLeaveOut) {
   std::size_t served = 0, not_served = 0;
   for (const Vec3f position : {Vec3f{1, 3, 1}, {1.2f, 0.1f, 1}, {0, 0.05f, 1}, {1, -0.1f, 1}}) {
     for (const Vec3f normal : {Vec3f{0, -1, 0}, {1, 0, 0}, {0, 1, 0}}) {
-      optics::SurfaceFrame at;
-      at.position = at.origin = position;
-      at.normal = normal;
+      radiosity::VirtualLights::Asker at{position, normal};
+      at.tilt = normal.y < 0 ? 0.5f : 0.0f;
       radiosity::VirtualLights::Served by;
       lights.serve(at, by);
       for (std::size_t i = 0; i < lights.count(); ++i) {
