@@ -18,6 +18,8 @@ constexpr double kMostPaths = 8e6;
 /// to minus 2), and limits of what a certificate may take of them however small the bake.
 constexpr double kPathsAtOnePercent = 2.2e6;
 constexpr double kFewestOwn = 4e5, kMostOwn = 2.2e6;
+/// Rays of these paths at most: a second or two.
+constexpr double kMostOwnRays = 8e6;
 
 /// Share of the probes that go to surface by its area; the others go by baked light, so that what
 /// is lit is judged where it is a small part of all surfaces.
@@ -158,9 +160,10 @@ std::uint64_t path_budget(const Prepared& p, double bake_rays) {
 }
 
 std::uint64_t certificate_budget(const Prepared& p, double bake_rays, double target) {
-  const double own = kPathsAtOnePercent * std::pow(0.01 / target, 2);
-  return std::max(path_budget(p, bake_rays),
-                  static_cast<std::uint64_t>(std::clamp(own, kFewestOwn, kMostOwn)));
+  const double own =
+      std::clamp(kPathsAtOnePercent * std::pow(0.01 / target, 2), kFewestOwn, kMostOwn);
+  return std::max(path_budget(p, bake_rays), static_cast<std::uint64_t>(std::min(
+                                                 own, kMostOwnRays / (1.0 + mean_bounces(p)))));
 }
 
 Result<PilotTruth> judge_pilot(const JobOptions& options, const Prepared& p,
