@@ -52,7 +52,7 @@ LightTree::LightTree(const scene::Scene& scene, const optics::Optics& optics) {
     boxes.push_back(box);
   }
   for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
-    if (!optics.emits(t) || optics.surfaces()[t] == rays::Surface::kClear) continue;
+    if (!optics.emits(t)) continue;
     const auto c = scene.corners(t);
     const Vec3d doubled = cross(to_double(c[1] - c[0]), to_double(c[2] - c[0]));
     const auto area = static_cast<float>(length(doubled) / 2);

@@ -109,7 +109,7 @@ Gather::Gather(const BakeInput& input, const GatherSettings& settings, const Aid
 }
 
 ElementId Gather::served(const rays::Hit& hit, const Path& path) const {
-  if (path.receiver == nullptr || aids_->lights.is_empty()) return radiosity::kNoElement;
+  if (path.receiver == nullptr) return radiosity::kNoElement;
   // Where virtual lights lie, whatever is read in its place.
   const ElementId e = input_.elements.at(hit.triangle, hit.u, hit.v, hit.back);
   if (e == radiosity::kNoElement) return e;
@@ -247,8 +247,10 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
   radiosity::VirtualLights::Asker centre;
   if (aids_ != nullptr) {
     path.links = &scratch.links;
-    centre = one_for_all(points, receivers);
-    path.receiver = &centre;
+    if (!aids_->lights.is_empty()) {
+      centre = one_for_all(points, receivers);
+      path.receiver = &centre;
+    }
   }
   const OwenSobol8 sequence(seed);
   Rgbd sum, first_half;

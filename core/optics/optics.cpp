@@ -129,7 +129,7 @@ struct Classes {
 
 }  // namespace
 
-/// Everything about one point of a triangle that the three quantities need.
+/// Everything about one point of a triangle that scattering and transmission need.
 struct Optics::Point {
   Rgb base_color;
   float alpha;

@@ -8,7 +8,7 @@
 
 namespace lightbatch::radiosity {
 
-/// Sum over the elements of area times value_of(element).
+/// Sum over the elements of covered area times value_of(element).
 template <typename ValueOf>
 Rgbd area_sum(const Elements& elements, ValueOf value_of) {
   return deterministic_reduce(
@@ -17,7 +17,7 @@ Rgbd area_sum(const Elements& elements, ValueOf value_of) {
         Rgbd sum;
         for (std::size_t i = begin; i < end; ++i) {
           const auto e = static_cast<ElementId>(i);
-          sum += value_of(e) * static_cast<double>(elements.area(e));
+          sum += value_of(e) * static_cast<double>(elements.covered_area(e));
         }
         return sum;
       },

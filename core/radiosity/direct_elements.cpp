@@ -27,7 +27,7 @@ std::vector<std::uint32_t> choose_resolved(const SolverInput& input) {
         optics::surface_frame(input.scene, p.triangle, p.u, p.v, input.elements.is_back(e), 0.0f);
     for (std::size_t i = 0; i < lights.size(); ++i) {
       brings[i] += static_cast<double>(lights[i].irradiance(frame.position, frame.normal).sum()) *
-                   static_cast<double>(input.elements.area(e));
+                   static_cast<double>(input.elements.covered_area(e));
     }
   }
   std::vector<std::uint32_t> order(lights.size());

@@ -2,6 +2,7 @@
 // transmit.
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/base/parallel.h"
@@ -17,18 +18,20 @@ using Scatterer = optics::Optics::Scatterer;
 /// Means by area: of coverage over all, of the rest over what is covered.
 class Mean {
  public:
-  void add(const Scatterer& s, double area) {
+  /// sampled: the value is a sample of one that varies.
+  void add(const Scatterer& s, double area, bool sampled) {
     area_ += area;
-    least_ = std::min(least_, area);
+    if (sampled) least_ = std::min(least_, area);
     covered_.add(s, area * static_cast<double>(s.coverage));
     anywhere_.add(s, area);
   }
-  /// Holes wherever it was asked: as much may be there as lies between the points.
+  /// Holes wherever samples fell: as much may be there as lies between these.
   Scatterer mean() const {
     if (!(area_ > 0)) return {};
     const bool found = covered_.weight > 0;
+    const double unseen = std::isfinite(least_) ? 0.5 * least_ : 0.0;
     Scatterer s = found ? covered_.mean() : anywhere_.mean();
-    s.coverage = static_cast<float>((found ? covered_.weight : 0.5 * least_) / area_);
+    s.coverage = static_cast<float>((found ? covered_.weight : unseen) / area_);
     return s;
   }
 
@@ -56,17 +59,21 @@ class Mean {
 Scatterer Elements::mean_over(ElementId e, const optics::Optics& optics) const {
   constexpr int kTexturedSamples = 16;
   constexpr float kThird = 1.0f / 3;
+  const auto varies = [&](std::uint32_t triangle) {
+    return optics.textured_reflectance(triangle) &&
+           optics.surfaces()[triangle] != rays::Surface::kClear;
+  };
   Mean mean;
   if (is_cell(e)) {
     const ElementPoint first = point(e, 0.5f, 0.5f);
-    if (!optics.textured_reflectance(first.triangle)) {
+    if (!varies(first.triangle)) {
       return optics.scatterer(first.triangle, first.u, first.v);
     }
     Random random(item_seed(0x5eed, e));
     for (int s = 0; s < kTexturedSamples; ++s) {
       const float a = (static_cast<float>(s) + random.next_float()) / kTexturedSamples;
       const ElementPoint p = point(e, a, random.next_float());
-      mean.add(optics.scatterer(p.triangle, p.u, p.v), 1);
+      mean.add(optics.scatterer(p.triangle, p.u, p.v), 1, true);
     }
     return mean.mean();
   }
@@ -74,14 +81,14 @@ Scatterer Elements::mean_over(ElementId e, const optics::Optics& optics) const {
   for (std::uint32_t k = group_start_[e]; k < group_start_[e + 1]; ++k) {
     const std::uint32_t triangle = group_triangles_[k];
     const double share = group_cumulative_[k] - below;
-    if (optics.textured_reflectance(triangle)) {
+    if (varies(triangle)) {
       for (int s = 0; s < 4; ++s) {
         const float u = s == 0 ? kThird : s == 1 ? 0.6f : 0.2f;
         const float v = s == 0 ? kThird : s == 2 ? 0.6f : 0.2f;
-        mean.add(optics.scatterer(triangle, u, v), 0.25 * share);
+        mean.add(optics.scatterer(triangle, u, v), 0.25 * share, true);
       }
     } else {
-      mean.add(optics.scatterer(triangle, kThird, kThird), share);
+      mean.add(optics.scatterer(triangle, kThird, kThird), share, false);
     }
     below = group_cumulative_[k];
   }
@@ -90,11 +97,12 @@ Scatterer Elements::mean_over(ElementId e, const optics::Optics& optics) const {
 
 void Elements::average_optics(const optics::Optics& optics) {
   const bool transmits = optics.any_diffuse_transmission();
+  covered_area_.resize(count());
   if (transmits) transmittance_.resize(count());
   parallel_for(count(), 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Scatterer s = mean_over(static_cast<ElementId>(i), optics);
-      area_[i] *= s.coverage;
+      covered_area_[i] = area_[i] * s.coverage;
       reflectance_[i] = s.reflectance;
       if (transmits) transmittance_[i] = s.diffuse_transmittance;
     }

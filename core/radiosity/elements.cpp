@@ -308,9 +308,9 @@ std::span<const std::uint32_t> Elements::group(ElementId e) const {
 std::size_t Elements::memory_bytes() const {
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   return bytes(faces_) + bytes(grids_) + bytes(row_start_) + bytes(grid_first_) + bytes(grid_of_) +
-         bytes(area_) + bytes(reflectance_) + bytes(transmittance_) + bytes(behind_start_) +
-         bytes(behind_) + bytes(back_) + bytes(group_start_) + bytes(group_triangles_) +
-         bytes(group_cumulative_);
+         bytes(area_) + bytes(covered_area_) + bytes(reflectance_) + bytes(transmittance_) +
+         bytes(behind_start_) + bytes(behind_) + bytes(back_) + bytes(group_start_) +
+         bytes(group_triangles_) + bytes(group_cumulative_);
 }
 
 }  // namespace lightbatch::radiosity

@@ -42,8 +42,10 @@ class Elements {
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(area_.size()); }
   double edge() const { return edge_; }
-  /// m2 of what is there: holes of cut-outs and what sheets let pass are no part of it.
+  /// m2, holes of cut-outs included: how far it extends.
   float area(ElementId e) const { return area_[e]; }
+  /// m2 of what is there, without holes and what sheets let pass: what light meets.
+  float covered_area(ElementId e) const { return covered_area_[e]; }
   /// Mean reflectance of what is there.
   const Rgb& reflectance(ElementId e) const { return reflectance_[e]; }
   /// Mean share of the light arriving on the other side of what is there that leaves this one.
@@ -112,7 +114,7 @@ class Elements {
   std::vector<std::uint32_t> row_start_;
   std::vector<ElementId> grid_first_;   // first element of each grid side, ascending
   std::vector<std::uint32_t> grid_of_;  // the grid of each entry of grid_first_
-  std::vector<float> area_;
+  std::vector<float> area_, covered_area_;
   std::vector<Rgb> reflectance_;
   struct Behind {
     ElementId element;

@@ -74,7 +74,7 @@ LinkTree::LinkTree(const SolverInput& input) : place_(input.elements.count()) {
     shape.radius = 0.5f * tree_.box(n).diagonal();
     if (tree_.is_leaf(n)) {
       const ElementId e = element(n);
-      shape.area = input.elements.area(e);
+      shape.area = input.elements.covered_area(e);
       shape.centre = to_float(samples[e].centre);
       shape.normal = to_float(normalized(samples[e].normal));
       const bool group = input.elements.group(e).size() > 1;
@@ -121,7 +121,7 @@ void LinkTree::shape_leaf(const SolverInput& input, Node n, Sh9& mono) {
   }
   // Without its holes.
   if (whole > 0) {
-    add_scaled(mono, lobes, input.elements.area(e) / static_cast<float>(whole));
+    add_scaled(mono, lobes, input.elements.covered_area(e) / static_cast<float>(whole));
   }
 }
 

@@ -37,7 +37,7 @@ VirtualLights::VirtualLights(const scene::Scene& scene, const Elements& elements
   const std::uint32_t count = elements.count();
   if (options.count == 0 || solution.light_state.empty() || solution.indirect.empty()) return;
   double area = 0;
-  for (ElementId e = 0; e < count; ++e) area += static_cast<double>(elements.area(e));
+  for (ElementId e = 0; e < count; ++e) area += static_cast<double>(elements.covered_area(e));
   const double received =
       area_sum(elements, [&](ElementId e) { return to_double(solution.indirect[e]); }).sum();
   const auto bright = static_cast<float>(area > 0 ? kBright * received / area : 0);
@@ -63,7 +63,7 @@ VirtualLights::VirtualLights(const scene::Scene& scene, const Elements& elements
     if (doubtful) {
       tries[e] = static_cast<std::uint8_t>(std::clamp(std::ceil(1 / part), 1.0f, kMostTries));
     }
-    flux[e] = static_cast<double>(elements.area(e)) * static_cast<double>(part * lit);
+    flux[e] = static_cast<double>(elements.covered_area(e)) * static_cast<double>(part * lit);
     total += flux[e];
   }
   if (!(total > 0)) return;
@@ -80,7 +80,7 @@ VirtualLights::VirtualLights(const scene::Scene& scene, const Elements& elements
     due += share;
     const auto now = static_cast<std::uint32_t>(std::floor(due) - before);
     const OwenSobol2 points(static_cast<std::uint32_t>(item_seed(options.seed, e, 61)));
-    const float each = elements.area(e) / static_cast<float>(share * tries[e]);
+    const float each = elements.covered_area(e) / static_cast<float>(share * tries[e]);
     for (std::uint32_t s = 0; s < tries[e] * now; ++s) {
       const Receiver at = receiver(e, points.point(s));
       for_each_resolved(

@@ -107,5 +107,35 @@ TEST(Elements, TheLimitHolds) {
   EXPECT_GT(elements.edge(), 1e-3);
 }
 
+/// As cells and as groups: clear glass and what is wholly cut away have no covered area, half-clear
+/// sheets half of theirs.
+TEST(Elements, WhatIsNotThereIsNotCovered) {
+  scene::Material wall, glass, gone, faint, veil;
+  for (scene::Material* m : {&wall, &glass, &gone, &faint, &veil}) m->metallic = 0;
+  glass.transmission = 1;
+  gone.alpha_mode = scene::AlphaMode::kMask;
+  gone.alpha = 0.25f;
+  faint.alpha_mode = scene::AlphaMode::kBlend;
+  faint.alpha = 0;
+  veil.alpha_mode = scene::AlphaMode::kBlend;
+  veil.alpha = 0.5f;
+  for (const double edge : {0.3, 5.0}) {
+    for (const auto& [material, share] :
+         {std::pair{wall, 1.0}, {glass, 0.0}, {gone, 0.0}, {faint, 0.0}, {veil, 0.5}}) {
+      accuracy::SceneKit kit;
+      kit.quad({{{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}}}, kit.material(material));
+      const scene::Scene scene = kit.scene();
+      const Cut cut(scene, edge);
+      double area = 0, covered = 0;
+      for (ElementId e = 0; e < cut.elements->count(); ++e) {
+        area += static_cast<double>(cut.elements->area(e));
+        covered += static_cast<double>(cut.elements->covered_area(e));
+      }
+      EXPECT_NEAR(area, 1, 1e-5);
+      EXPECT_NEAR(covered, share, 1e-5) << edge;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lightbatch::radiosity
