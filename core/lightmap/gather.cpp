@@ -52,10 +52,11 @@ std::uint32_t worth_casting(int rays, double casts) {
 }
 
 /// The first point stands for all.
-radiosity::VirtualLights::Asker one_for_all(const TexelPoints& points, Receivers& receivers) {
+radiosity::VirtualLights::ReceiverPatch receiver_patch(const TexelPoints& points,
+                                                       Receivers& receivers) {
   constexpr Vec2f kMiddle{0.5f, 0.5f};
   const optics::SurfaceFrame first = receivers(points.point[0], kMiddle).frame;
-  radiosity::VirtualLights::Asker one{first.position, first.normal};
+  radiosity::VirtualLights::ReceiverPatch one{first.position, first.normal};
   for (std::uint32_t i = 1; i < points.count; ++i) {
     const optics::SurfaceFrame other = receivers(points.point[i], kMiddle).frame;
     one.extent = std::max(one.extent, length(other.position - first.position));
@@ -244,11 +245,11 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
   scratch.links.clear();
   Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
   Path path{{1, 1, 1}, by_group, nullptr, nullptr};
-  radiosity::VirtualLights::Asker centre;
+  radiosity::VirtualLights::ReceiverPatch centre;
   if (aids_ != nullptr) {
     path.links = &scratch.links;
     if (!aids_->lights.is_empty()) {
-      centre = one_for_all(points, receivers);
+      centre = receiver_patch(points, receivers);
       path.receiver = &centre;
     }
   }

@@ -45,7 +45,7 @@ class Gather {
     Rgb weight{1, 1, 1};                     // of what is read, in the texel's sum
     std::span<Rgb> by_group;                 // gets what is read, by light group; empty: not asked
     std::vector<NearLink>* links = nullptr;  // get what texels near by bring; null: none
-    const radiosity::VirtualLights::Asker* receiver = nullptr;  // null: none
+    const radiosity::VirtualLights::ReceiverPatch* receiver = nullptr;  // null: none
 
     bool grouped() const { return !by_group.empty(); }
     void add(std::size_t group, const Rgb& light) const { by_group[group] += weight * light; }

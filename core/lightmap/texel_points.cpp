@@ -92,18 +92,10 @@ radiosity::Receiver Receivers::operator()(const TexelPoints::Point& point, Vec2f
   if (point.triangle != triangle_) {
     triangle_ = point.triangle;
     on_page_.emplace(layout_, triangle_);
-    const auto c = scene_.corners(triangle_);
-    corner_ = c[0];
-    e1_ = c[1] - c[0];
-    e2_ = c[2] - c[0];
-    normal_ = optics::surface_frame(scene_, triangle_, 0, 0, false, 0).normal;
+    frame_.emplace(scene_, triangle_);
   }
   const atlas::SurfacePoint p = on_page_->at(moved_within(layout_, point, moved_by).at);
-  optics::SurfaceFrame frame;
-  frame.normal = point.back ? -normal_ : normal_;
-  frame.position = corner_ + e1_ * p.u + e2_ * p.v;
-  frame.origin = frame.position + frame.normal * lift_;
-  return {frame, triangle_};
+  return {frame_->at(p.u, p.v, point.back, lift_), triangle_};
 }
 
 radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,

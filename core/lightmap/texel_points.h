@@ -54,8 +54,7 @@ class Receivers {
   float lift_;
   std::uint32_t triangle_ = scene::kNone;
   std::optional<atlas::PageTriangle> on_page_;
-  Vec3f corner_, e1_, e2_;
-  Vec3f normal_;  // of the front
+  std::optional<optics::TriangleFrame> frame_;
 };
 
 }  // namespace lightbatch::lightmap

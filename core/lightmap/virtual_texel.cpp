@@ -7,7 +7,7 @@
 namespace lightbatch::lightmap {
 
 VirtualTexel::Value VirtualTexel::operator()(const TexelPoints& points,
-                                             const radiosity::VirtualLights::Asker& centre,
+                                             const radiosity::VirtualLights::ReceiverPatch& centre,
                                              int rays, std::uint32_t seed,
                                              radiosity::VirtualLights::Served& served,
                                              std::span<Rgb> by_group, BakeCounts& counts) const {

@@ -22,7 +22,7 @@ class VirtualTexel {
     double difference = 0;  // of the mean of the channels, between the two halves of the rays
   };
   /// by_group: is added to; empty: not asked. served: scratch.
-  Value operator()(const TexelPoints& points, const radiosity::VirtualLights::Asker& centre,
+  Value operator()(const TexelPoints& points, const radiosity::VirtualLights::ReceiverPatch& centre,
                    int rays, std::uint32_t seed, radiosity::VirtualLights::Served& served,
                    std::span<Rgb> by_group, BakeCounts& counts) const;
 

@@ -137,6 +137,10 @@ struct Optics::Point {
   float transmission;  // of what is there (alpha aside)
   float diffuse;       // of what is left: transmitted diffusely
   float coverage() const { return alpha * (1 - transmission); }
+  Rgb transmittance() const {
+    return Rgb::grey(1 - alpha) +
+           base_color * (alpha * std::clamp(transmission, 0.0f, 1.0f) * dielectric);
+  }
   Rgb reflectance() const { return clamp_reflectance(base_color * (dielectric * (1 - diffuse))); }
 };
 
@@ -272,29 +276,32 @@ Optics::Scatterer Optics::scattered_by(const Point& p, const Rgb& transmission_c
   const Rgb rho = p.reflectance();
   const Rgb tau = transmission_color * (p.dielectric * p.diffuse);
   const auto left = [](float t, float r) { return std::clamp(t, 0.0f, kMaxReflectance - r); };
-  return {p.coverage(), rho, {left(tau.r, rho.r), left(tau.g, rho.g), left(tau.b, rho.b)}};
+  return {p.coverage(),
+          rho,
+          {left(tau.r, rho.r), left(tau.g, rho.g), left(tau.b, rho.b)},
+          p.transmittance()};
 }
 
 Optics::Scatterer Optics::scatterer(std::uint32_t triangle, float u, float v) const {
   const std::uint32_t material = scene_->objects[scene_->triangles[triangle].object].material;
   const Material& m = scene_->materials[material];
-  const bool opaque = surfaces_[triangle] == rays::Surface::kOpaque;
-  if (!varying(m, triangle)) {
-    Scatterer s = constant_[material];
-    if (opaque) s.coverage = 1;
-    return s;
-  }
-  Rgb color;
-  if (transmits_diffusely(triangle)) {
-    color = m.diffuse_transmission_color;
-    if (m.diffuse_transmission_color_texture.present()) {
-      const auto texel =
-          sample(*scene_, m.diffuse_transmission_color_texture, triangle, u, v, true);
-      color *= Rgb{texel[0], texel[1], texel[2]};
+  Scatterer s = constant_[material];
+  if (varying(m, triangle)) {
+    Rgb color;
+    if (transmits_diffusely(triangle)) {
+      color = m.diffuse_transmission_color;
+      if (m.diffuse_transmission_color_texture.present()) {
+        const auto texel =
+            sample(*scene_, m.diffuse_transmission_color_texture, triangle, u, v, true);
+        color *= Rgb{texel[0], texel[1], texel[2]};
+      }
     }
+    s = scattered_by(point(m, triangle, u, v), color);
   }
-  Scatterer s = scattered_by(point(m, triangle, u, v), color);
-  if (opaque) s.coverage = 1;
+  if (surfaces_[triangle] == rays::Surface::kOpaque) {
+    s.coverage = 1;
+    s.transmittance = {};
+  }
   return s;
 }
 
@@ -326,9 +333,7 @@ Rgb Optics::emission(std::uint32_t triangle, float u, float v) const {
 Rgb Optics::transmittance(std::uint32_t triangle, float u, float v) const {
   if (surfaces_[triangle] == rays::Surface::kOpaque) return {};
   if (surfaces_[triangle] == rays::Surface::kClear) return {1, 1, 1};
-  const Point p = point(scene_->material_of(triangle), triangle, u, v);
-  return Rgb::grey(1 - p.alpha) +
-         p.base_color * (p.alpha * std::clamp(p.transmission, 0.0f, 1.0f) * p.dielectric);
+  return point(scene_->material_of(triangle), triangle, u, v).transmittance();
 }
 
 bool ClosestFilter::stops(const rays::Hit& hit) {

@@ -40,6 +40,7 @@ class Optics {
     float coverage = 1;  // a (1 - t): share of a ray that meets it
     Rgb reflectance;     // rho and tau where coverage is 1
     Rgb diffuse_transmittance;
+    Rgb transmittance;  // T: goes straight through
   };
   Scatterer scatterer(std::uint32_t triangle, float u, float v) const;
 

@@ -27,18 +27,35 @@ inline float lift_of(const scene::Scene& scene) {
   return std::isfinite(largest) ? 1e-6f * largest : 0.0f;
 }
 
+/// A triangle, made once for the frames of many of its points.
+class TriangleFrame {
+ public:
+  TriangleFrame(const scene::Scene& scene, std::uint32_t triangle) {
+    const auto c = scene.corners(triangle);
+    corner_ = c[0];
+    e1_ = c[1] - c[0];
+    e2_ = c[2] - c[0];
+    const Vec3d n = cross(to_double(e1_), to_double(e2_));
+    const double size = length(n);
+    normal_ = size > 0 ? to_float(n * (1.0 / size)) : Vec3f{0, 0, 1};
+  }
+
+  SurfaceFrame at(float u, float v, bool back, float lift) const {
+    SurfaceFrame frame;
+    frame.normal = back ? -normal_ : normal_;
+    frame.position = corner_ + e1_ * u + e2_ * v;
+    frame.origin = frame.position + frame.normal * lift;
+    return frame;
+  }
+
+ private:
+  Vec3f corner_, e1_, e2_;
+  Vec3f normal_;  // of the front
+};
+
 inline SurfaceFrame surface_frame(const scene::Scene& scene, std::uint32_t triangle, float u,
                                   float v, bool back, float lift) {
-  const auto c = scene.corners(triangle);
-  const Vec3f e1 = c[1] - c[0];
-  const Vec3f e2 = c[2] - c[0];
-  const Vec3d n = cross(to_double(e1), to_double(e2));
-  const double size = length(n);
-  SurfaceFrame frame;
-  frame.normal = size > 0 ? to_float(n * ((back ? -1.0 : 1.0) / size)) : Vec3f{0, 0, 1};
-  frame.position = c[0] + e1 * u + e2 * v;
-  frame.origin = frame.position + frame.normal * lift;
-  return frame;
+  return TriangleFrame(scene, triangle).at(u, v, back, lift);
 }
 
 /// Where a shadow ray along `to` ends, as a share of it: short of its end by as much as origins are

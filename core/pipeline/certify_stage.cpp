@@ -103,6 +103,11 @@ double mean_bounces(const Prepared& p) {
   return area > 0 ? 1.0 / std::max(1e-3, 1.0 - reflected / area) : 1.0;
 }
 
+/// Paths of a quarter of the price of the bake, within limits.
+double quarter_of(double bake_rays, double rays_a_path) {
+  return std::clamp(0.25 * bake_rays / rays_a_path, kFewestPaths, kMostPaths);
+}
+
 }  // namespace
 
 accuracy::PointSource points_of(const LightmapPlaces& places, const atlas::Texel& texel) {
@@ -155,15 +160,15 @@ Result<BorderChecks> check_borders(const JobOptions& options, const Prepared& p,
 }
 
 std::uint64_t path_budget(const Prepared& p, double bake_rays) {
-  return static_cast<std::uint64_t>(
-      std::clamp(0.25 * bake_rays / (1.0 + mean_bounces(p)), kFewestPaths, kMostPaths));
+  return static_cast<std::uint64_t>(quarter_of(bake_rays, 1.0 + mean_bounces(p)));
 }
 
 std::uint64_t certificate_budget(const Prepared& p, double bake_rays, double target) {
+  const double rays_a_path = 1.0 + mean_bounces(p);
   const double own =
       std::clamp(kPathsAtOnePercent * std::pow(0.01 / target, 2), kFewestOwn, kMostOwn);
-  return std::max(path_budget(p, bake_rays), static_cast<std::uint64_t>(std::min(
-                                                 own, kMostOwnRays / (1.0 + mean_bounces(p)))));
+  return static_cast<std::uint64_t>(
+      std::max(quarter_of(bake_rays, rays_a_path), std::min(own, kMostOwnRays / rays_a_path)));
 }
 
 Result<PilotTruth> judge_pilot(const JobOptions& options, const Prepared& p,

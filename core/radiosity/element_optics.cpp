@@ -45,7 +45,7 @@ class Mean {
       weight += w;
     }
     Scatterer mean() const {
-      return {1, to_float(reflectance / weight), to_float(transmittance / weight)};
+      return {1, to_float(reflectance / weight), to_float(transmittance / weight), {}};
     }
   };
   Sums covered_, anywhere_;

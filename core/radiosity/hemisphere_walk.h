@@ -44,9 +44,9 @@ void walk_hemisphere_ray(const optics::Optics& optics, const rays::Caster& caste
       meet(hit, weight);
       return;
     }
-    const float coverage = optics.scatterer(hit.triangle, hit.u, hit.v).coverage;
-    if (coverage > 0) meet(hit, weight * coverage);
-    weight *= optics.transmittance(hit.triangle, hit.u, hit.v);
+    const auto sheet = optics.scatterer(hit.triangle, hit.u, hit.v);
+    if (sheet.coverage > 0) meet(hit, weight * sheet.coverage);
+    weight *= sheet.transmittance;
     if (weight.is_black()) return;
     ++counts.sheet_crossings;
     exclude = hit.triangle;

@@ -30,7 +30,8 @@ class Correction {
  public:
   /// most: reflectance of all elements, transmittance included; all bounces bring at most
   /// 1 / (1 - most) times the first.
-  explicit Correction(double most) : most_(std::min(most, kMostReflectance)) {}
+  explicit Correction(float most)
+      : most_(static_cast<double>(std::min(most, optics::kMaxReflectance))) {}
 
   /// first / held; 1 where nothing is held, and never more than all bounces.
   double operator()(double first, double held) {
@@ -52,7 +53,6 @@ class Correction {
  private:
   bool has_given_up() const { return failures_ >= kMostFailures; }
 
-  static constexpr double kMostReflectance = 0.999;  // light.md's clamp
   /// Of the factor before, in logarithms. The first is taken, and small ones that do not grow.
   static constexpr double kSettling = 0.9;
   static constexpr double kSmall = 0.05;

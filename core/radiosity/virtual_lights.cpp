@@ -117,7 +117,7 @@ void VirtualLights::finish() {
   nearest_.resize(padded, 1.0f);
 }
 
-void VirtualLights::serve(const Asker& receiver, Served& served) const {
+void VirtualLights::serve(const ReceiverPatch& receiver, Served& served) const {
   constexpr std::size_t kLanes = 8;
   served.by_light.resize(intensity_.size());
   served.by_run.resize(intensity_.size() / kRun);

@@ -40,7 +40,7 @@ class VirtualLights {
 
   /// One point and direction for all points of a receiver, and how far these differ: lights are
   /// picked by what they bring to the one, so that they must bring about as much to the others.
-  struct Asker {
+  struct ReceiverPatch {
     Vec3f position, normal;
     float extent = 0;  // metres between positions, at most
     float tilt = 0;    // length of the difference of unit normals, at most
@@ -54,7 +54,7 @@ class VirtualLights {
 
   /// What the resolved lights bring to a point of an element's side is served to the receiver, by
   /// the same rule as in serve(): together with what rays meet elsewhere it is the whole.
-  bool serves(ElementId e, const Asker& receiver, const optics::SurfaceFrame& at) const {
+  bool serves(ElementId e, const ReceiverPatch& receiver, const optics::SurfaceFrame& at) const {
     if (distance_.empty() || !(distance_[e] > 0)) return false;
     const Vec3f to = at.position - receiver.position;
     const float lift = dot(to, receiver.normal);
@@ -71,7 +71,7 @@ class VirtualLights {
     /// The light under the part [0, sum) of the sum.
     std::size_t find(double part) const;
   };
-  void serve(const Asker& receiver, Served& served) const;
+  void serve(const ReceiverPatch& receiver, Served& served) const;
 
  private:
   void add(const Light& light, float distance);

@@ -1,6 +1,6 @@
 // Bundles of segments through the tree; included by kernel_impl.h only.
 //
-// What to look at next is found with few branches on data: mispredicted ones took more time than
+// What to look at next is found with few branches on data: mispredicted ones take more time than
 // the tests of boxes. So with vectors of sixteen all eight boxes are tested, a lane a ray; with
 // shorter ones those that the hull of the segments meets. The triangles of leaves are tested a lane
 // a ray, or ray by ray, eight at once, whichever is less. Only what the float test leaves in doubt

@@ -57,23 +57,21 @@ struct Material {
   Rgb diffuse_transmission_color{1, 1, 1};
   TextureSlot diffuse_transmission_color_texture;  // sRGB
 
+ private:
+  template <typename Self>
+  static auto slots_of(Self& m) {
+    return std::array{&m.base_color_texture,
+                      &m.metallic_texture,
+                      &m.emission_texture,
+                      &m.transmission_texture,
+                      &m.diffuse_transmission_texture,
+                      &m.diffuse_transmission_color_texture};
+  }
+
+ public:
   /// Every texture that light transport reads.
-  std::array<TextureSlot*, 6> texture_slots() {
-    return {&base_color_texture,
-            &metallic_texture,
-            &emission_texture,
-            &transmission_texture,
-            &diffuse_transmission_texture,
-            &diffuse_transmission_color_texture};
-  }
-  std::array<const TextureSlot*, 6> texture_slots() const {
-    return {&base_color_texture,
-            &metallic_texture,
-            &emission_texture,
-            &transmission_texture,
-            &diffuse_transmission_texture,
-            &diffuse_transmission_color_texture};
-  }
+  auto texture_slots() { return slots_of(*this); }
+  auto texture_slots() const { return slots_of(*this); }
 };
 
 enum class LightKind : std::uint8_t { kPoint, kSpot, kDirectional };

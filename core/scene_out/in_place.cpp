@@ -4,6 +4,7 @@
 #include <map>
 
 #include "core/gltf/accessor.h"
+#include "core/scene_out/json_access.h"
 #include "core/scene_out/lit_objects.h"
 #include "core/scene_out/portable.h"
 
@@ -30,13 +31,6 @@ bool has_light(const Writer& w, std::uint32_t object) {
   for (std::uint32_t k = 0; k < o.triangle_count; ++k)
     if (w.has_light(o.first_triangle + k)) return true;
   return false;
-}
-
-/// The node's property that holds an attribute of GPU instances; null: none does.
-const char* property_of_attribute(const std::string& name) {
-  if (name == "TRANSLATION") return "translation";
-  if (name == "ROTATION") return "rotation";
-  return name == "SCALE" ? "scale" : nullptr;
 }
 
 /// Child nodes for GPU instances that have light of their own. What else instances have goes into

@@ -83,4 +83,11 @@ inline void undeclare_extension(Json& root, const char* name) {
   }
 }
 
+/// The node's property that holds an attribute of GPU instances; null: none does.
+inline const char* property_of_attribute(const std::string& name) {
+  if (name == "TRANSLATION") return "translation";
+  if (name == "ROTATION") return "rotation";
+  return name == "SCALE" ? "scale" : nullptr;
+}
+
 }  // namespace lightbatch::scene_out

@@ -94,7 +94,7 @@ std::string own_attribute(const Json& node) {
   const Json* attributes = instancing == nullptr ? nullptr : member(*instancing, "attributes");
   if (attributes != nullptr)
     for (const auto& [name, accessor] : attributes->items())
-      if (name != "TRANSLATION" && name != "ROTATION" && name != "SCALE") return name;
+      if (property_of_attribute(name) == nullptr) return name;
   return {};
 }
 

@@ -61,7 +61,7 @@ TEST(VirtualLights, NoneWhereNothingStandsOut) {
 TEST(VirtualLights, FarReceiversAreServedAsIfByOnePoint) {
   const PatchOfLight room;
   const auto lights = room.lights({500, 0, 1});
-  radiosity::VirtualLights::Asker at{{1, 3, 1}, {0, -1, 0}};
+  radiosity::VirtualLights::ReceiverPatch at{{1, 3, 1}, {0, -1, 0}};
   radiosity::VirtualLights::Served served;
   lights.serve(at, served);
   double flux = 0, picked = 0;
@@ -93,10 +93,10 @@ TEST(VirtualLights, FarReceiversAreServedAsIfByOnePoint) {
 
 // A crumpled texel: picked by what it brings to one point, a light may bring another hundreds of
 // times as much.
-TEST(VirtualLights, BringAboutAsMuchToAllPointsOfAnAsker) {
+TEST(VirtualLights, BringAboutAsMuchToAllPointsOfAReceiverPatch) {
   const PatchOfLight room;
   const auto lights = room.lights({500, 0, 1});
-  radiosity::VirtualLights::Asker at{{2, 0.3f, 1}, {0, -1, 0}};
+  radiosity::VirtualLights::ReceiverPatch at{{2, 0.3f, 1}, {0, -1, 0}};
   at.extent = 0.4f;
   at.tilt = 0.3f;
   radiosity::VirtualLights::Served served;
@@ -128,7 +128,7 @@ TEST(VirtualLights, ServeWhatRaysLeaveOut) {
   std::size_t served = 0, not_served = 0;
   for (const Vec3f position : {Vec3f{1, 3, 1}, {1.2f, 0.1f, 1}, {0, 0.05f, 1}, {1, -0.1f, 1}}) {
     for (const Vec3f normal : {Vec3f{0, -1, 0}, {1, 0, 0}, {0, 1, 0}}) {
-      radiosity::VirtualLights::Asker at{position, normal};
+      radiosity::VirtualLights::ReceiverPatch at{position, normal};
       at.tilt = normal.y < 0 ? 0.5f : 0.0f;
       radiosity::VirtualLights::Served by;
       lights.serve(at, by);

@@ -5,7 +5,7 @@
 
 #include "core/base/random.h"
 #include "core/radiosity/solver.h"
-#include "tests/unit/accuracy/scene_kit.h"
+#include "tests/unit/radiosity/bench.h"
 
 namespace lightbatch::radiosity {
 namespace {
@@ -29,19 +29,13 @@ TEST(StoredRays, SettleWhereFewRaysFindSmallElements) {
     kit.quad({at, at + u, at + u + v, at + v}, white);
   }
   kit.finish();
-  const LightSources sources(kit.scene(), kit.optics(), {});
-  const DirectLight direct(kit.optics(), kit.caster(), sources);
-  const Elements elements(kit.scene(), kit.tree(), kit.optics(), {20, 4'000'000});
-  const ElementLookup lookup(kit.scene(), kit.caster(), elements, direct.lift());
-  const optics::Environment sky(Rgb::grey(1));
-  const SolverInput input{
-      kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky, lookup, 0};
+  const Bench bench(kit, 20, optics::Environment(Rgb::grey(1)));
   for (const int rays : {2, 4, 8, 16, 24}) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       SolverOptions options;
       options.rays = rays;
       options.seed = seed;
-      const auto solution = solve_stored_rays(input, options, Progress{});
+      const auto solution = solve_stored_rays(bench.input, options, Progress{});
       ASSERT_TRUE(solution.ok());
       EXPECT_LT(solution->statistics.residual, options.tolerance) << rays << " " << seed;
       float most = 0;
@@ -60,18 +54,12 @@ TEST(StoredRays, ReachTheEndOfACorridor) {
       {Vec3f{0.4f, 0.99f, 0.2f}, {0.6f, 0.99f, 0.2f}, {0.6f, 0.99f, 0.4f}, {0.4f, 0.99f, 0.4f}},
       kit.material(Rgb::grey(0.5f), Rgb::grey(100)));
   kit.finish();
-  const LightSources sources(kit.scene(), kit.optics(), {});
-  const DirectLight direct(kit.optics(), kit.caster(), sources);
-  const Elements elements(kit.scene(), kit.tree(), kit.optics(), {0.5, 4'000'000});
-  const ElementLookup lookup(kit.scene(), kit.caster(), elements, direct.lift());
-  const optics::Environment sky;
-  const SolverInput input{
-      kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky, lookup, 0};
+  const Bench bench(kit, 0.5);
   const auto solve = [&](double tolerance) {
     SolverOptions options;
     options.rays = 64;
     options.tolerance = tolerance;
-    auto solution = solve_stored_rays(input, options, Progress{});
+    auto solution = solve_stored_rays(bench.input, options, Progress{});
     EXPECT_TRUE(solution.ok());
     EXPECT_LT(solution->statistics.residual, tolerance);
     return std::move(*solution);
@@ -80,8 +68,8 @@ TEST(StoredRays, ReachTheEndOfACorridor) {
   // Iteration alone takes ln(19e4) / -ln 0.95 = 237.
   EXPECT_LE(usual.statistics.iterations, 120);
   double off = 0, all = 0;
-  for (ElementId e = 0; e < elements.count(); ++e) {
-    const auto area = static_cast<double>(elements.area(e));
+  for (ElementId e = 0; e < bench.elements.count(); ++e) {
+    const auto area = static_cast<double>(bench.elements.area(e));
     off += area * static_cast<double>(std::fabs(usual.irradiance[e].g - exact.irradiance[e].g));
     all += area * static_cast<double>(exact.irradiance[e].g);
   }
@@ -113,20 +101,14 @@ TEST(StoredRays, HolesNeitherSwallowNorMakeLight) {
       }
     }
     kit.finish();
-    const LightSources sources(kit.scene(), kit.optics(), {});
-    const DirectLight direct(kit.optics(), kit.caster(), sources);
-    const Elements elements(kit.scene(), kit.tree(), kit.optics(), {0.5, 4'000'000});
-    const ElementLookup lookup(kit.scene(), kit.caster(), elements, direct.lift());
-    const optics::Environment sky(Rgb::grey(1));
-    const SolverInput input{
-        kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky, lookup, 0};
+    const Bench bench(kit, 0.5, optics::Environment(Rgb::grey(1)));
     SolverOptions options;
     options.rays = 32;
     options.tolerance = 1e-6;
-    const auto solution = solve_stored_rays(input, options, Progress{});
+    const auto solution = solve_stored_rays(bench.input, options, Progress{});
     ASSERT_TRUE(solution.ok());
     // Reflectance is clamped to 0.999: a loss of up to a thousandth a bounce, of a few.
-    for (ElementId e = 0; e < elements.count(); ++e) {
+    for (ElementId e = 0; e < bench.elements.count(); ++e) {
       ASSERT_NEAR(solution->irradiance[e].g, kPi, 0.005f * kPi) << "element " << e;
     }
   }

@@ -5,7 +5,7 @@
 
 #include "core/accuracy/path_tracer.h"
 #include "core/radiosity/linked_solver.h"
-#include "tests/unit/accuracy/scene_kit.h"
+#include "tests/unit/radiosity/bench.h"
 
 namespace lightbatch::radiosity {
 namespace {
@@ -41,17 +41,13 @@ struct TwoChambers {
     kit.finish();
   }
 
-  Result<Solution> solve(const Elements& elements, const DirectLight& direct,
-                         const ElementLookup& lookup, bool linked) const {
-    const optics::Environment sky;
-    const SolverInput input{
-        kit.scene(), kit.tree(), kit.optics(), kit.caster(), elements, direct, sky, lookup, 0};
+  static Result<Solution> solve(const Bench& bench, bool linked) {
     SolverOptions options;
     options.rays = 256;
     options.direct_samples = 32;
     options.tolerance = 1e-6;
-    return linked ? solve_linked(input, options, Progress{})
-                  : solve_stored_rays(input, options, Progress{});
+    return linked ? solve_linked(bench.input, options, Progress{})
+                  : solve_stored_rays(bench.input, options, Progress{});
   }
 
  private:
@@ -71,18 +67,6 @@ struct TwoChambers {
   }
 };
 
-struct Parts {
-  explicit Parts(const TwoChambers& scene, double edge)
-      : sources(scene.kit.scene(), scene.kit.optics(), {}),
-        direct(scene.kit.optics(), scene.kit.caster(), sources),
-        elements(scene.kit.scene(), scene.kit.tree(), scene.kit.optics(), {edge, 4'000'000}),
-        lookup(scene.kit.scene(), scene.kit.caster(), elements, direct.lift()) {}
-  LightSources sources;
-  DirectLight direct;
-  Elements elements;
-  ElementLookup lookup;
-};
-
 double mean_irradiance(const Elements& elements, const Solution& s) {
   double sum = 0, area = 0;
   for (ElementId e = 0; e < elements.count(); ++e) {
@@ -99,11 +83,11 @@ TEST(DiffuseTransmission, AFurnaceWithASheet) {
   const TwoChambers scene(50, 50, 20);
   const double exact = 100 * std::numbers::pi;
   for (const double edge : {0.2, 0.1}) {
-    const Parts parts(scene, edge);
+    const Bench bench(scene.kit, edge);
     for (const bool linked : {false, true}) {
-      const auto solution = scene.solve(parts.elements, parts.direct, parts.lookup, linked);
+      const auto solution = TwoChambers::solve(bench, linked);
       ASSERT_TRUE(solution.ok());
-      EXPECT_NEAR(mean_irradiance(parts.elements, *solution) / exact, 1, 0.01) << edge << linked;
+      EXPECT_NEAR(mean_irradiance(bench.elements, *solution) / exact, 1, 0.01) << edge << linked;
       // Nothing is lost between the sides; links are normalised row by row.
       const double balance = solution->statistics.absorbed.g / solution->statistics.emitted.g;
       EXPECT_NEAR(balance, 1, linked ? 0.01 : 0.001) << edge << linked;
@@ -122,18 +106,18 @@ TEST(DiffuseTransmission, AFurnaceWithASheet) {
 // One chamber lit, the other dark but for what comes through: the elements against path tracing.
 TEST(DiffuseTransmission, ADarkRoomBehindACurtain) {
   const TwoChambers scene(100, 0, 0);
-  const Parts parts(scene, 0.1);
-  const auto solution = scene.solve(parts.elements, parts.direct, parts.lookup, false);
+  const Bench bench(scene.kit, 0.1);
+  const auto solution = TwoChambers::solve(bench, false);
   ASSERT_TRUE(solution.ok());
   const optics::Environment dark;
   const accuracy::PathTracer tracer(scene.kit.caster(), scene.kit.optics(), dark);
   for (const std::uint32_t triangle : {0u, scene.first_of_sheet - 2}) {  // left, right
     double elements = 0, truth = 0;
     for (const float u : {0.15f, 0.35f, 0.55f}) {
-      const ElementId e = parts.elements.at(triangle, u, 0.25f, false);
+      const ElementId e = bench.elements.at(triangle, u, 0.25f, false);
       std::vector<accuracy::SurfacePoint> points;
       for (int k = 0; k < 16; ++k) {
-        const auto p = parts.elements.point(e, (static_cast<float>(k % 4) + 0.5f) / 4,
+        const auto p = bench.elements.point(e, (static_cast<float>(k % 4) + 0.5f) / 4,
                                             (static_cast<float>(k / 4) + 0.5f) / 4);
         points.push_back({p.triangle, p.u, p.v, false});
       }
