@@ -9,7 +9,8 @@ class MadeScene:
     """Meshes of plain triangles, three vertices each; a node for every mesh, all under one root."""
 
     def __init__(self):
-        self.materials, self.meshes, self.lights, self.nodes, self.ways, self.images = [], [], [], [], [], []
+        self.materials, self.meshes, self.lights, self.nodes, self.ways, self.images, self.nearest = [], [], [], [], [], [], []
+        self.instances = {}  # by place in nodes
         self.root = {"name": "root"}
 
     def material(self, reflectance=0.0, nits=0.0, double_sided=False, **more):
@@ -23,22 +24,29 @@ class MadeScene:
         self.materials.append(material)
         return len(self.materials) - 1
 
-    def texture(self, rows):
+    def texture(self, rows, nearest=False):
         """rows of (r, g, b, a) in 0..255; returns what a material's texture slot holds."""
         def chunk(kind, data):
             return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
         raw = b"".join(b"\0" + bytes(v for pixel in row for v in pixel) for row in rows)
         self.images.append(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 6, 0, 0, 0)) +
                            chunk(b"IDAT", zlib.compress(raw)) + chunk(b"IEND", b""))
+        self.nearest.append(nearest)
         return {"index": len(self.images) - 1}
 
-    def mesh(self, triangles, material, uv=None, **node):
-        """triangles: list of three points each, front counter-clockwise. uv: of a point, for textures."""
-        self.meshes.append((list(triangles), material, uv))
+    def mesh(self, triangles, material, uv=None, colors=None, grid=None, instances=None, **node):
+        """triangles: list of three points each, front counter-clockwise. uv: of a point, for textures; colors: of a point,
+        its COLOR_0 (r, g, b, a). grid: positions are stored as 16-bit multiples of it. instances: translations of GPU instances."""
+        self.meshes.append((list(triangles), material, uv, colors, grid))
+        if grid:
+            node = {"scale": [grid] * 3, **node}
+        if instances:
+            self.instances[len(self.nodes)] = instances
         self.nodes.append({"mesh": len(self.meshes) - 1, **node})
 
-    def light(self, kind, intensity, **node):
-        self.lights.append({"type": kind, "intensity": intensity})
+    def light(self, kind, intensity, properties=None, **node):
+        """properties: further members of the light."""
+        self.lights.append({"type": kind, "intensity": intensity, **(properties or {})})
         self.nodes.append({"extensions": {"KHR_lights_punctual": {"light": len(self.lights) - 1}}, **node})
 
     def animate(self, node, times, translations):
@@ -47,49 +55,68 @@ class MadeScene:
 
     def write(self, path):
         data, views, accessors, meshes = bytearray(), [], [], []
-        for triangles, material, uv in self.meshes:
+
+        def accessor(kind, values, code="f", component=5126, stride=0, **more):
+            """values: rows of numbers. Returns its index."""
+            views.append({"buffer": 0, "byteOffset": len(data), "byteLength": len(values) * (stride or len(values[0]) * 4)})
+            if stride:
+                views[-1]["byteStride"] = stride
+            for row in values:
+                packed = struct.pack(f"<{len(row)}{code}", *row)
+                data.extend(packed + bytes(max(0, stride - len(packed))))
+            accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind, **more})
+            return len(accessors) - 1
+
+        for triangles, material, uv, colors, grid in self.meshes:
             points = [p for t in triangles for p in t]
-            views.append({"buffer": 0, "byteOffset": len(data), "byteLength": 12 * len(points)})
-            for p in points:
-                data += struct.pack("<3f", *p)
-            finite = [p for p in points if all(v == v for v in p)]
-            accessors.append({"bufferView": len(views) - 1, "componentType": 5126, "count": len(points), "type": "VEC3",
-                              "min": [min(p[k] for p in finite) for k in range(3)],
-                              "max": [max(p[k] for p in finite) for k in range(3)]})
-            attributes = {"POSITION": len(accessors) - 1}
+            stored = [[round(v / grid) for v in p] for p in points] if grid else points
+            finite = [p for p in stored if all(v == v for v in p)]
+            box = {"min": [min(p[k] for p in finite) for k in range(3)], "max": [max(p[k] for p in finite) for k in range(3)]}
+            form = {"code": "h", "component": 5122, "stride": 8} if grid else {}
+            attributes = {"POSITION": accessor("VEC3", stored, **form, **box)}
             if uv is not None:
-                views.append({"buffer": 0, "byteOffset": len(data), "byteLength": 8 * len(points)})
-                for p in points:
-                    data += struct.pack("<2f", *uv(p))
-                attributes["TEXCOORD_0"] = len(accessors)
-                accessors.append({"bufferView": len(views) - 1, "componentType": 5126, "count": len(points), "type": "VEC2"})
+                attributes["TEXCOORD_0"] = accessor("VEC2", [uv(p) for p in points])
+            if colors is not None:
+                attributes["COLOR_0"] = accessor("VEC4", [colors(p) for p in points])
             meshes.append({"primitives": [{"attributes": attributes, "material": material}]})
+        nodes = list(self.nodes)
+        for at, translations in self.instances.items():
+            nodes[at] = {**nodes[at], "extensions": {"EXT_mesh_gpu_instancing": {
+                "attributes": {"TRANSLATION": accessor("VEC3", translations)}}}}
         samplers, channels = [], []
         for node, times, translations in self.ways:
-            for values, kind in ((times, "SCALAR"), ([v for t in translations for v in t], "VEC3")):
-                views.append({"buffer": 0, "byteOffset": len(data), "byteLength": 4 * len(values)})
-                data += struct.pack(f"<{len(values)}f", *values)
-                accessors.append({"bufferView": len(views) - 1, "componentType": 5126, "count": len(times), "type": kind})
-            accessors[-2].update(min=[min(times)], max=[max(times)])
+            at = accessor("SCALAR", [[t] for t in times], min=[min(times)], max=[max(times)])
             channels.append({"sampler": len(samplers), "target": {"node": node, "path": "translation"}})
-            samplers.append({"input": len(accessors) - 2, "output": len(accessors) - 1})
-        root = {**self.root, "children": list(range(1, len(self.nodes) + 1))}
+            samplers.append({"input": at, "output": accessor("VEC3", translations)})
+        root = {**self.root, "children": list(range(1, len(nodes) + 1))}
+        quantized = {"KHR_mesh_quantization"} if any(m[4] for m in self.meshes) else set()
         document = {
-            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [root] + self.nodes,
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [root] + nodes,
             "meshes": meshes, "materials": self.materials, "accessors": accessors, "bufferViews": views,
             "buffers": [{"byteLength": len(data),
                          "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
-            "extensionsUsed": sorted({"KHR_lights_punctual", "KHR_materials_emissive_strength"}.union(
-                *(m["extensions"] for m in self.materials))),
             "extensions": {"KHR_lights_punctual": {"lights": self.lights}} if self.lights else {}}
+        document["extensionsUsed"] = sorted(quantized | {"KHR_lights_punctual", "KHR_materials_emissive_strength"} | used(document))
+        if quantized:
+            document["extensionsRequired"] = sorted(quantized)
         if self.images:
             document["images"] = [{"uri": "data:image/png;base64," + base64.b64encode(i).decode()} for i in self.images]
-            document["samplers"] = [{"wrapS": 33071, "wrapT": 33071}]
-            document["textures"] = [{"source": i, "sampler": 0} for i in range(len(self.images))]
+            document["samplers"] = [{"wrapS": 33071, "wrapT": 33071},
+                                    {"wrapS": 33071, "wrapT": 33071, "magFilter": 9728, "minFilter": 9728}]
+            document["textures"] = [{"source": i, "sampler": int(n)} for i, n in enumerate(self.nearest)]
         if channels:
             document["animations"] = [{"channels": channels, "samplers": samplers}]
         with open(path, "w") as file:
             json.dump(document, file)
+
+
+def used(value):
+    """Names of all extensions in a piece of JSON."""
+    if isinstance(value, list):
+        return set().union(*map(used, value))
+    if not isinstance(value, dict):
+        return set()
+    return set(value.get("extensions", {})).union(*map(used, value.values()))
 
 
 def quad(a, b, c, d):
