@@ -29,10 +29,9 @@ struct Seams {
                               // or hangs within a texel above
 };
 
-/// Follows the borders of all charts, a point a texel, and reads the finished pages on both sides
-/// by bilinear look-up through the final coordinates. Neighbours are found by geometry alone:
-/// shared edges of welded positions, whatever node they belong to, and where an edge is open by a
-/// ray down beside it. mean_irradiance: lux. The same figures on any number of threads.
+/// Follows the borders of all charts (lightmap::find_borders), a point a texel, and reads the
+/// finished pages on both sides by bilinear look-up through the final coordinates.
+/// mean_irradiance: lux. The same figures on any number of threads.
 Seams measure_seams(const scene::Scene& scene, const rays::Caster& caster,
                     const atlas::Layout& layout, const atlas::TexelMap& texels,
                     const std::vector<lightmap::PageImage>& pages, double mean_irradiance);

@@ -7,13 +7,12 @@
 #include "core/hierarchy/level_boxes.h"
 #include "core/image/codecs.h"
 #include "core/lightmap/look_up.h"
-#include "core/lightmap/pages.h"
 #include "core/pipeline/artifacts.h"
 #include "core/pipeline/certify_stage.h"
 #include "core/pipeline/directional_stage.h"
 #include "core/pipeline/jobs.h"
 #include "core/pipeline/light_groups_json.h"
-#include "core/pipeline/light_stage.h"
+#include "core/pipeline/page_stage.h"
 #include "core/pipeline/plan_cost.h"
 #include "core/pipeline/probe_stage.h"
 #include "core/pipeline/pvs_stage.h"
@@ -41,8 +40,7 @@ constexpr double kPilotShare = 0.15;
 struct Made {
   LightmapPlaces places;
   LightBake light;
-  std::vector<lightmap::PageImage> pages;
-  std::vector<lightmap::EncodedPage> encoded;
+  FinishedPages finished;
   std::vector<GroupEntry> groups;
   batches::BatchPlan plan;
 };
@@ -66,14 +64,7 @@ Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& repo
       accuracy::settings_for(tuned.rungs, measure_for_settings(p, made.places), options.seed);
   LB_ASSIGN_OR_RETURN(made.light, bake_light(options, p, made.places, settings, clock, progress,
                                              {nullptr, false, std::move(tuned.first)}));
-  clock.start("pages");
-  made.pages =
-      lightmap::make_pages(made.places.layout, made.places.texels, made.light.baked.irradiance);
-  for (const lightmap::PageImage& page : made.pages) {
-    LB_ASSIGN_OR_RETURN(lightmap::EncodedPage encoded, lightmap::encode_page(page));
-    made.encoded.push_back(std::move(encoded));
-  }
-  clock.stop();
+  LB_ASSIGN_OR_RETURN(made.finished, finish_pages(p, made.places, made.light, clock));
   return {};
 }
 
@@ -126,7 +117,7 @@ scene_out::Compression compression_of(const JobOptions& options, const gltf::Doc
 Status write_scenes(const JobOptions& options, const Prepared& p, const Made& made,
                     Artifacts& artifacts) {
   scene_out::LightmapImages images;
-  for (const lightmap::EncodedPage& page : made.encoded) {
+  for (const lightmap::EncodedPage& page : made.finished.encoded) {
     images.png.push_back(page.png);
     images.intensity.push_back(page.intensity);
   }
@@ -156,7 +147,7 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
     write.lit[i] = made.places.layout.chart_of[i] != scene::kNone ? 1 : 0;
   }
   write.irradiance = [&](std::uint32_t triangle, float u, float v) {
-    return lightmap::irradiance_at(made.places.layout, made.pages, triangle, u, v);
+    return lightmap::irradiance_at(made.places.layout, made.finished.pages, triangle, u, v);
   };
   LB_ASSIGN_OR_RETURN(const Bytes glb,
                       scene_out::write_scene(p.document, *p.scene, plan, nullptr, nullptr, write));
@@ -164,40 +155,19 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
                        glb);
 }
 
-/// light_groups_K.exr: the part of each light group in page K, lux. Where all light is of one
-/// source there are none.
-Status write_light_groups(const Made& made, Artifacts& artifacts) {
-  const radiosity::GroupedLight& by_group = made.light.baked.by_group;
-  if (by_group.is_empty()) return {};
-  std::vector<std::vector<image::ExrLayer>> layers(made.pages.size());
-  std::vector<Rgb> part(made.light.baked.irradiance.size());
-  for (std::size_t g = 0; g < made.groups.size(); ++g) {
-    for (std::size_t t = 0; t < part.size(); ++t) part[t] = by_group.of(t)[g];
-    auto pages = lightmap::make_pages(made.places.layout, made.places.texels, part);
-    for (std::size_t k = 0; k < pages.size(); ++k) {
-      layers[k].push_back({made.groups[g].layer, std::move(pages[k].irradiance)});
-    }
-  }
-  for (std::size_t k = 0; k < layers.size(); ++k) {
-    LB_ASSIGN_OR_RETURN(const Bytes exr, image::encode_exr_layers(layers[k]));
-    LB_RETURN_IF_ERROR(artifacts.add(light_groups_file(k), exr));
-  }
-  return {};
-}
-
 std::vector<report::Picture> pictures(const JobOptions& options, const Prepared& p,
                                       const Made& made) {
   std::vector<report::Picture> list;
   if (p.scene->triangles.empty()) return list;
   if (options.lightmaps) {
-    list.push_back(
-        {"View",
-         image::encode_png(view_picture(p, made.places.layout, made.pages, kViewWidth, kViewHeight),
-                           false),
-         report::PictureKind::kView, "Diffuse light only, as baked."});
-    for (std::size_t i = 0; i < made.pages.size(); ++i) {
+    list.push_back({"View",
+                    image::encode_png(view_picture(p, made.places.layout, made.finished.pages,
+                                                   kViewWidth, kViewHeight),
+                                      false),
+                    report::PictureKind::kView, "Diffuse light only, as baked."});
+    for (std::size_t i = 0; i < made.finished.pages.size(); ++i) {
       list.push_back({"lightmap_" + std::to_string(i),
-                      image::encode_png(lightmap::preview(made.pages[i]), false),
+                      image::encode_png(lightmap::preview(made.finished.pages[i]), false),
                       report::PictureKind::kLightmap});
     }
   }
@@ -263,7 +233,8 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
   if (options.lightmaps) {
     LB_RETURN_IF_ERROR(bake_pages(options, p, made, report, clock, progress));
     report["radiosity"] = report_radiosity(made.light);
-    report["lightmaps"] = report_lightmaps(made.places, made.light.baked.counts, made.encoded);
+    report["lightmaps"] =
+        report_lightmaps(made.places, made.light.baked.counts, made.finished.encoded);
     made.groups = group_entries(options, p, made.light.groups);
     for (const GroupEntry& entry : made.groups) report["light_groups"].push_back(to_json(entry));
     if (p.effects.on(plan::Effect::kProbes)) report["probes"] = report_probes(made.light.probes);
@@ -274,7 +245,7 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     report["accuracy"] = report_accuracy(certificate, p.target_error);
     LB_ASSIGN_OR_RETURN(
         const BorderChecks borders,
-        check_borders(options, p, made.places, made.light, made.pages, clock, progress));
+        check_borders(options, p, made.places, made.light, made.finished.pages, clock, progress));
     report["borders"] = report_borders(*p.scene, borders);
     if (!report["accuracy"].value("passed", true)) outcome.verdict = Verdict::kMissedTarget;
   }
@@ -295,11 +266,12 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
   clock.start("write");
   progress.report("write", 0);
   LB_RETURN_IF_ERROR(write_scenes(options, p, made, artifacts));
-  for (std::size_t i = 0; i < made.pages.size(); ++i) {
-    LB_ASSIGN_OR_RETURN(const Bytes exr, lightmap::encode_exr(made.pages[i]));
+  for (std::size_t i = 0; i < made.finished.pages.size(); ++i) {
+    LB_ASSIGN_OR_RETURN(const Bytes exr, lightmap::encode_exr(made.finished.pages[i]));
     LB_RETURN_IF_ERROR(artifacts.add("lightmap_" + std::to_string(i) + ".exr", exr));
   }
-  LB_RETURN_IF_ERROR(write_light_groups(made, artifacts));
+  LB_RETURN_IF_ERROR(
+      write_light_groups(made.places, made.light, made.finished, made.groups, artifacts));
   const std::vector<report::Picture> shown = pictures(options, p, made);
   clock.stop();
   report_stages(report, clock);

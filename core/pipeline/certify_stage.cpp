@@ -72,17 +72,6 @@ std::vector<accuracy::Probe> draw_probes(const LightmapPlaces& places, const Lig
   return probes;
 }
 
-/// Area mean of the baked irradiance, lux, mean over the channels.
-double mean_of_map(const LightmapPlaces& places, const LightBake& light) {
-  double sum = 0, area = 0;
-  for (std::size_t t = 0; t < places.texels.texels.size(); ++t) {
-    const double surface = places.texels.surface_of(places.texels.texels[t]);
-    sum += surface * static_cast<double>(light.baked.irradiance[t].sum()) / 3.0;
-    area += surface;
-  }
-  return area > 0 ? sum / area : 0;
-}
-
 double bake_rays(const LightBake& light) {
   return static_cast<double>(light.baked.counts.rays.cast() + light.radiosity.rays.cast());
 }

@@ -160,4 +160,14 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   return bake;
 }
 
+double mean_of_map(const LightmapPlaces& places, const LightBake& light) {
+  double sum = 0, area = 0;
+  for (std::size_t t = 0; t < places.texels.texels.size(); ++t) {
+    const double surface = places.texels.surface_of(places.texels.texels[t]);
+    sum += surface * static_cast<double>(light.baked.irradiance[t].sum()) / 3.0;
+    area += surface;
+  }
+  return area > 0 ? sum / area : 0;
+}
+
 }  // namespace lightbatch::pipeline

@@ -41,12 +41,15 @@ struct LightBake {
   /// empty: not kept apart.
   std::vector<radiosity::LightGroup> groups;
   std::shared_ptr<const FirstStage> first;  // where it was asked for
-  lightmap::DirectionalMap directional;  // empty: no normal maps, or a part of the texels only
-  probes::LightProbes probes;            // empty: nothing moves, or a part of the texels only
+  lightmap::DirectionalMap directional;     // empty: no normal maps, or a part of the texels only
+  probes::LightProbes probes;               // empty: nothing moves, or a part of the texels only
 };
 
 /// What settings are chosen from.
 accuracy::SceneMeasure measure_for_settings(const Prepared& p, const LightmapPlaces& places);
+
+/// Mean irradiance of the lightmap's texels by their surface, lux, mean over channels.
+double mean_of_map(const LightmapPlaces& places, const LightBake& light);
 
 /// What of a lightmap is wanted, and what is there already.
 struct LightWish {
