@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/scene_out/corners.h"
+#include "core/scene_out/references.h"
 
 namespace lightbatch::scene_out {
 namespace {
@@ -17,11 +18,6 @@ constexpr std::array<std::string_view, 12> kPlain{
     "KHR_materials_ior",        "KHR_materials_iridescence", "KHR_materials_emissive_strength",
     "KHR_materials_sheen",      "KHR_materials_specular",    "KHR_materials_transmission",
     "KHR_materials_unlit",      "KHR_materials_volume",      "KHR_materials_diffuse_transmission"};
-
-bool names_materials(const Json& root) {
-  const Json* animations = member(root, "animations");
-  return animations != nullptr && animations->dump().find("/materials/") != std::string::npos;
-}
 
 bool may_share(const Json& material) {
   if (material.contains("extras")) return false;
@@ -54,7 +50,7 @@ bool is_byte(double value) {
 std::vector<std::uint32_t> material_classes(const Json& root, const scene::Scene& scene) {
   std::vector<std::uint32_t> classes(scene.materials.size());
   std::map<std::string, std::uint32_t> known;
-  const bool named = names_materials(root);
+  const bool named = find_pins(root).materials;
   for (std::uint32_t m = 0; m < classes.size(); ++m) {
     classes[m] = m;
     const std::uint32_t index = scene.materials[m].gltf_index;

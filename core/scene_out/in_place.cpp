@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 
 #include "core/gltf/accessor.h"
+#include "core/scene_out/corners.h"
 #include "core/scene_out/json_access.h"
 #include "core/scene_out/lit_objects.h"
 #include "core/scene_out/portable.h"
@@ -33,29 +35,40 @@ bool has_light(const Writer& w, std::uint32_t object) {
   return false;
 }
 
+/// A component as JSON: whole numbers stay whole, however large.
+Json component_json(const AttributeType& type, const std::byte* element, std::size_t i) {
+  const double value = component(type, element, i);
+  if (type.component_type != 5126 && !type.normalized) return static_cast<std::int64_t>(value);
+  return value;
+}
+
 /// Child nodes for GPU instances that have light of their own. What else instances have goes into
 /// extras.
 Status add_instance_children(Writer& w, Json& node, const Json& instancing,
                              const std::map<std::uint32_t, Json>& primitives_of_instance,
                              const Json& mesh) {
-  std::map<std::string, gltf::Values> attributes;
-  if (const Json* list = member(instancing, "attributes"))
-    for (const auto& [name, accessor] : list->items()) {
-      LB_ASSIGN_OR_RETURN(attributes[name],
-                          gltf::read_values(w.document, accessor.get<std::uint32_t>()));
-    }
+  const std::vector<AttributeType> types = attribute_types(w.document.json, instancing);
+  std::vector<Bytes> data;
+  for (const AttributeType& type : types) {
+    LB_ASSIGN_OR_RETURN(
+        Bytes bytes,
+        gltf::read_packed(w.document, index_at(instancing.at("attributes"), type.name)));
+    data.push_back(std::move(bytes));
+  }
   for (const auto& [instance, primitives] : primitives_of_instance) {
     Json copy = mesh;
     copy["primitives"] = primitives;
     Json child{{"mesh", append(w.root, "meshes", std::move(copy))}};
-    for (const auto& [name, values] : attributes) {
-      const auto n = static_cast<std::size_t>(values.components);
+    for (std::size_t a = 0; a < types.size(); ++a) {
+      const AttributeType& type = types[a];
+      const std::span element = std::span(data[a]).subspan(instance * type.bytes(), type.bytes());
       Json list = Json::array();
-      for (std::size_t c = 0; c < n; ++c) list.push_back(values.data.at(instance * n + c));
-      if (const char* property = property_of_attribute(name))
+      for (std::size_t c = 0; c < static_cast<std::size_t>(type.components); ++c)
+        list.push_back(component_json(type, element.data(), c));
+      if (const char* property = property_of_attribute(type.name))
         child[property] = std::move(list);
       else
-        child["extras"]["lightbatch"]["attributes"][name] = std::move(list);
+        child["extras"]["lightbatch"]["attributes"][type.name] = std::move(list);
     }
     const std::uint32_t index = append(w.root, "nodes", std::move(child));
     node["children"].push_back(index);

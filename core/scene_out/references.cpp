@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/scene_out/json_access.h"
@@ -29,6 +31,18 @@ struct Pending {
   int kind;  // 0: outside extensions; 1: inside one that holds no data; 2: inside an unknown one
   bool mesh_key;
 };
+
+void pin_pointer(std::string_view text, Pins& pins) {
+  constexpr std::string_view kNodes = "/nodes/", kMaterials = "/materials/";
+  if (text.starts_with(kMaterials)) pins.materials = true;
+  if (!text.starts_with(kNodes)) return;
+  text.remove_prefix(kNodes.size());
+  std::uint32_t node = 0;
+  if (std::from_chars(text.data(), text.data() + text.size(), node).ec == std::errc())
+    pins.nodes.insert(node);
+  else
+    pins.any_node = true;
+}
 
 }  // namespace
 
@@ -83,6 +97,8 @@ Pins find_pins(const Json& root) {
         }
         stack.push_back({&value, kind, mesh_key || key.find("mesh") != std::string::npos});
       }
+    } else if (kind == 2 && json->is_string()) {
+      pin_pointer(json->get_ref<const std::string&>(), pins);
     } else if (kind != 0 && json->is_number_integer()) {
       const auto number = json->get<std::int64_t>();
       if (number < 0 || number >= std::int64_t{kNone}) continue;

@@ -16,9 +16,13 @@ void for_each_accessor_outside_meshes(gltf::Json& root,
 void for_each_accessor_of_mesh(gltf::Json& mesh,
                                const std::function<void(gltf::Json& slot)>& visit);
 
-/// Numbers inside extensions that are not understood, by what they could mean.
+/// Numbers inside extensions that are not understood, by what they could mean, and what JSON
+/// pointers inside them name ("/nodes/3/translation").
 struct Pins {
   std::set<std::uint32_t> meshes, accessors, views;
+  std::set<std::uint32_t> nodes;  // by pointers
+  bool any_node = false;          // "/nodes/{index}/translation": known only when it is used
+  bool materials = false;         // of any number
 };
 Pins find_pins(const gltf::Json& root);
 

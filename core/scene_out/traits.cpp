@@ -5,6 +5,7 @@
 #include "core/scene_out/colours.h"
 #include "core/scene_out/json_access.h"
 #include "core/scene_out/materials.h"
+#include "core/scene_out/references.h"
 #include "core/scene_out/source_mesh.h"
 #include "core/scene_out/write_scene.h"
 
@@ -20,6 +21,17 @@ bool is_harmless(const std::string& name) {
   for (const char* harmless : kHarmless)
     if (name == harmless) return true;
   return false;
+}
+
+/// Whether physics may move the node: a body whose motion is not static.
+bool is_moving_body(const Json& node) {
+  const Json* body = extension(node, "OMI_physics_body");
+  if (body == nullptr) return false;
+  // Older drafts have the type in the body itself.
+  const Json* motion = member(*body, "motion");
+  const Json* type = member(motion != nullptr ? *motion : *body, "type");
+  if (type == nullptr) return motion != nullptr;
+  return *type != "static" && *type != "trigger";
 }
 
 /// Nodes reached from scenes other than the default one.
@@ -54,25 +66,21 @@ std::vector<std::string> reasons_of_nodes(const Json& root) {
     if (const Json* extensions = member(node, "extensions"); extensions != nullptr)
       for (const auto& [name, value] : extensions->items())
         if (!is_harmless(name)) reason[n] = "node extension " + name;
+    if (is_moving_body(node)) reason[n] = "moved by physics";
     if (!reason[n].empty()) below.push_back(n);
   }
-  if (const Json* animations = member(root, "animations"))
-    for (const Json& animation : *animations)
-      if (const Json* channels = member(animation, "channels"))
-        for (const Json& channel : *channels) {
-          const Json* target = member(channel, "target");
-          const Json* pointer =
-              target == nullptr ? nullptr : extension(*target, "KHR_animation_pointer");
-          const Json* path = pointer == nullptr ? nullptr : member(*pointer, "pointer");
-          if (path == nullptr || !path->is_string()) continue;
-          const auto text = path->get<std::string>();
-          constexpr std::string_view kNodes = "/nodes/";
-          if (!text.starts_with(kNodes)) continue;
-          const std::uint64_t n = std::strtoull(text.c_str() + kNodes.size(), nullptr, 10);
-          if (n >= count) continue;
-          reason[n] = "animated";
-          below.push_back(static_cast<std::uint32_t>(n));
-        }
+  const auto keep = [&](std::uint64_t n, const char* why) {
+    if (n >= count || !reason[n].empty()) return;
+    reason[n] = why;
+    below.push_back(static_cast<std::uint32_t>(n));
+  };
+  if (const Json* skins = member(root, "skins"))
+    for (const Json& skin : *skins)
+      for (const Json& joint : skin.at("joints"))
+        keep(joint.get<std::uint64_t>(), "joint of a skin");
+  const Pins pins = find_pins(root);
+  for (std::uint32_t n = 0; n < count; ++n)
+    if (pins.any_node || pins.nodes.contains(n)) keep(n, "named by a pointer of an extension");
   while (!below.empty()) {
     const std::uint32_t n = below.back();
     below.pop_back();

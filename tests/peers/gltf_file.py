@@ -48,7 +48,8 @@ class Glb:
         """(node, 4x4 world matrix) of every node of the default scene, GPU instances one by one; without what compressed
         attributes say of them."""
         nodes = self.json.get("nodes", [])
-        open_ = [(i, np.eye(4)) for i in self.json["scenes"][self.json.get("scene", 0)].get("nodes", [])]
+        scenes = self.json.get("scenes", [{}])
+        open_ = [(i, np.eye(4)) for i in scenes[self.json.get("scene", 0)].get("nodes", [])]
         while open_:
             index, parent = open_.pop()
             node = nodes[index]

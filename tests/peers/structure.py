@@ -96,7 +96,9 @@ class File:
         return about
 
     def triangles(self, primitive):
-        """How many, or None for lines and points."""
+        """How many, or None for lines, points and what has no positions."""
+        if "POSITION" not in primitive["attributes"]:
+            return None
         mode = primitive.get("mode", TRIANGLES)
         source = primitive["indices"] if "indices" in primitive else primitive["attributes"]["POSITION"]
         count = self.json["accessors"][source]["count"]
@@ -263,8 +265,8 @@ class Comparison:
     def compare_drawn(self, index, x, y, drawn):
         """The primitives of one node."""
         place = f"nodes/{index}"
-        keep_whole = lambda p, node: p.get("mode", TRIANGLES) < TRIANGLES or "targets" in p or "skin" in node  # noqa: E731
-        whole = [[f.content(p) for p in f.primitives(n) if keep_whole(p, n)] for f, n in ((self.before, x), (self.after, y))]
+        keep_whole = lambda f, p, node: f.triangles(p) is None or "targets" in p or "skin" in node  # noqa: E731
+        whole = [[f.content(p) for p in f.primitives(n) if keep_whole(f, p, n)] for f, n in ((self.before, x), (self.after, y))]
         self.same(f"{place}: lines, points, morphing and skinned primitives", *whole)
         self.counts["lines and points"] += sum(p.get("mode", TRIANGLES) < TRIANGLES for p in self.before.primitives(x))
         self.counts["morphing"] += sum("targets" in p for p in self.before.primitives(x))

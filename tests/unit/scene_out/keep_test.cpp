@@ -86,6 +86,47 @@ TEST(Keep, NamesExtrasCamerasAndUnknownExtensions) {
   EXPECT_EQ((*batch)["extras"]["lightbatch"]["ranges"][0]["mesh_extras"]["sku"], "b-2");
 }
 
+TEST(Keep, WhatPhysicsMoveOrPointersNameStays) {
+  FileBuilder file;
+  const auto body = [](Json value) { return Json{{"OMI_physics_body", std::move(value)}}; };
+  const auto add = [&](const char* name, Json extensions) {
+    Json node{{"mesh", file.mesh({file.cube()})}, {"name", name}};
+    if (!extensions.is_null()) node["extensions"] = std::move(extensions);
+    return file.node(std::move(node));
+  };
+  add("crate", body({{"motion", {{"type", "dynamic"}}}}));
+  add("lift", body({{"type", "kinematic"}}));
+  add("floor", body({{"motion", {{"type", "static"}}}}));
+  add("wall", body({{"collider", {{"shape", 0}}}}));
+  const std::uint32_t door = add("door", nullptr);
+  add("roof", nullptr);
+  file.json["extensions"]["KHR_interactivity"]["pointer"] =
+      "/nodes/" + std::to_string(door) + "/rotation";
+  file.json["extensionsUsed"] = {"KHR_interactivity", "OMI_physics_body"};
+  Json out = written(file);
+  for (const char* name : {"crate", "lift", "door"})
+    EXPECT_TRUE(named(out, name)->contains("mesh")) << name;
+  for (const char* name : {"floor", "wall", "roof"})
+    EXPECT_FALSE(named(out, name)->contains("mesh")) << name;
+
+  // A node that is chosen while the scene runs may be any.
+  file.json["extensions"]["KHR_interactivity"]["pointer"] = "/nodes/{index}/rotation";
+  out = written(file);
+  EXPECT_TRUE(named(out, "roof")->contains("mesh"));
+}
+
+TEST(Keep, WhatHangsOnJointsStays) {
+  FileBuilder file;
+  file.node({{"mesh", file.mesh({file.cube()})}, {"name", "wall"}});
+  const std::uint32_t hat = file.node({{"mesh", file.mesh({file.cube()})}, {"name", "hat"}});
+  file.json["scenes"][0]["nodes"].erase(1);
+  const std::uint32_t head = file.node({{"name", "head"}, {"children", {hat}}});
+  file.json["skins"] = {{{"joints", {head}}}};
+  const Json out = written(file);
+  EXPECT_TRUE(named(out, "hat")->contains("mesh"));
+  EXPECT_FALSE(named(out, "wall")->contains("mesh"));
+}
+
 TEST(Keep, OtherScenesKeepTheirNodes) {
   FileBuilder file;
   const std::uint32_t both = file.node({{"mesh", file.mesh({file.cube()})}, {"name", "both"}});

@@ -228,6 +228,10 @@ TEST(RoundTrip, AttributesOfGpuInstancesStay) {
   for (int i = 0; i < 12; ++i) heat.push_back(0.5f * static_cast<float>(i));
   file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["_HEAT"] =
       file.accessor(heat, 5126, "SCALAR");
+  std::vector<std::uint32_t> number;  // floats skip every other one of these
+  for (std::uint32_t i = 0; i < 12; ++i) number.push_back((1u << 24) + i);
+  file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["_ID"] =
+      file.accessor(number, 5125, "SCALAR");
   const Loaded in = load(file.glb());
   const auto plain = write(in, true);
   ASSERT_EQ(plain.plan.left_alone.size(), 12u);
@@ -242,10 +246,12 @@ TEST(RoundTrip, AttributesOfGpuInstancesStay) {
   const Json out = testing::read(write(in, true, &layout).glb).json;
   const Json& children = out["nodes"][0]["children"];
   ASSERT_EQ(children.size(), 12u);
-  for (std::size_t i = 0; i < 12; ++i)
-    EXPECT_EQ(
-        out["nodes"][children[i].get<std::size_t>()]["extras"]["lightbatch"]["attributes"]["_HEAT"],
-        Json::array({heat[i]}));
+  for (std::size_t i = 0; i < 12; ++i) {
+    const Json& kept =
+        out["nodes"][children[i].get<std::size_t>()]["extras"]["lightbatch"]["attributes"];
+    EXPECT_EQ(kept["_HEAT"], Json::array({heat[i]}));
+    EXPECT_EQ(kept["_ID"], Json::array({number[i]}));
+  }
 }
 
 /// Cubes of three materials that differ in base colour, one that differs in more.
