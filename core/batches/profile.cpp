@@ -8,8 +8,8 @@ namespace lightbatch::batches {
 namespace {
 
 // Costs of one draw: a native viewer spends 1 to 3 us in driver and engine, a WebGL viewer 7 to 12
-// us (three.js, measured per draw), a phone twice that at a third of the vertex rate. Vertices and
-// triangles: half a billion a second is what small desktop chips do.
+// us (three.js, measured per draw), a phone twice that at a third of the vertex rate. Half a
+// billion vertices a second, and as many triangles, is what small desktop chips do.
 constexpr double kDesktopDraw = 2, kWebglDraw = 9, kMobileDraw = 20;
 
 struct Field {

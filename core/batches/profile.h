@@ -15,8 +15,8 @@ struct Profile {
   std::string name = "desktop";
   double draw = 5;                     // us for one draw call, viewer's work included
   double state = 1;                    // us for the change of material that comes with it
-  double vertex = 0.0008;              // us
-  double triangle = 0.0012;            // us
+  double vertex = 0.002;               // us
+  double triangle = 0.002;             // us
   std::uint32_t max_vertices = 65535;  // of one primitive; 65535: indices of 16 bits always fit
   double inside = 0.9;                 // share of views from where people stand; the rest look in
   double field_of_view = 60;           // vertical, degrees
