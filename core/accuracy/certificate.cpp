@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
@@ -19,6 +20,8 @@ constexpr std::size_t kResamples = 1000;
 /// Half of 5 % on each side: what it takes to hold 95 % with skewed squares and a stop rule that
 /// looks more than once (measured: 94 to 96 %).
 constexpr double kTail = 0.0125;
+/// Standard errors of the squared error that its upper end is above the estimate, at least.
+constexpr double kNoiseDeviations = 2;
 /// A decision is believed once the interval is this narrow against the larger of error and target.
 constexpr double kNarrow = 0.5;
 
@@ -101,6 +104,13 @@ double quantile(std::vector<Weighted> values, double share) {
 
 double root(double square) { return std::sqrt(std::max(0.0, square)); }
 
+double deviation(const std::vector<double>& values) {
+  double mean = 0, squares = 0;
+  for (const double v : values) mean += v / static_cast<double>(values.size());
+  for (const double v : values) squares += (v - mean) * (v - mean);
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
 /// BCa interval of one figure.
 std::array<double, 2> interval(std::vector<double> resampled, double estimate,
                                const std::vector<double>& jackknife) {
@@ -155,6 +165,10 @@ Certificate judge(std::span<const Probe> probes, std::span<const Halves> halves,
       sizes.push_back({std::abs(d), weight});
     }
   }
+  if (!std::isfinite(total.square) || !std::isfinite(total.residual)) {
+    result.relrmse = std::numeric_limits<double>::quiet_NaN();
+    return result;
+  }
   const MeanRule rule{map_mean, value_sum / n};
   const Figures figures = figures_of(total, n, rule);
   result.relrmse = root(figures.square);
@@ -187,10 +201,16 @@ Certificate judge(std::span<const Probe> probes, std::span<const Halves> halves,
       biases[b] = f.bias;
     }
   });
+  // Where light comes by rare bright paths, few of the halves hold one: products are negative for
+  // want of the other half, and their interval may end below nothing. The error is known no better
+  // than that noise, and is no smaller than its own mean.
+  const double least_high = std::max(0.0, figures.square) + kNoiseDeviations * deviation(squares);
   const auto error_ends = interval(std::move(squares), figures.square, jack_square);
   const auto bias_ends = interval(std::move(biases), figures.bias, jack_bias);
-  result.low = root(error_ends[0]);
-  result.high = root(error_ends[1]);
+  const double sure_bias = std::max({0.0, bias_ends[0], -bias_ends[1]});
+  result.relrmse = std::max(result.relrmse, sure_bias);
+  result.low = std::max(root(error_ends[0]), sure_bias);
+  result.high = std::max({root(error_ends[1]), root(least_high), result.relrmse});
   result.bias_low = bias_ends[0];
   result.bias_high = bias_ends[1];
 
@@ -242,6 +262,11 @@ Result<Certificate> certify(const PathTracer& tracer, std::span<const Probe> pro
     double noise_share = 0;
     result =
         judge(probes, halves, options.map_mean, item_seed(options.seed, round, 4), &noise_share);
+    if (!std::isfinite(result.relrmse)) {
+      return Status(StatusCode::kInternal, "LIGHT_NOT_FINITE",
+                    "the light of the map, or of the paths that judge it, is not finite; please "
+                    "report this scene");
+    }
     const double scale = std::max(result.relrmse, options.target);
     if (result.high - result.low <= kNarrow * scale &&
         (result.high <= options.target || result.low > options.target)) {

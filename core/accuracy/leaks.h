@@ -16,7 +16,7 @@ namespace lightbatch::accuracy {
 struct LeakOptions {
   double mean_irradiance = 0;  // lux, of the map
   double bright = 0.02;        // share of the mean above which a dark point must not be shown
-  std::size_t points = 4096;  // to look at
+  std::size_t points = 4096;   // to look at
   std::uint64_t seed = 1;
 };
 

@@ -29,14 +29,16 @@ float mean_emission(const scene::Scene& scene, const optics::Optics& optics,
 
 }  // namespace
 
-LightTree::LightTree(const scene::Scene& scene, const optics::Optics& optics) {
+LightTree::LightTree(const scene::Scene& scene, const optics::Optics& optics, const Kinds& kinds) {
   std::vector<Aabb> boxes;
   for (const scene::Light& source : scene.lights) {
     if (source.intensity.is_black()) continue;
     if (source.kind == scene::LightKind::kDirectional) {
+      if (!kinds.suns) continue;
       suns_.push_back({to_float(normalized(-source.direction)), source.intensity});
       continue;
     }
+    if (source.kind == scene::LightKind::kSpot ? !kinds.spots : !kinds.points) continue;
     Light light;
     light.position = to_float(source.position);
     light.direction = to_float(normalized(source.direction));
@@ -51,7 +53,7 @@ LightTree::LightTree(const scene::Scene& scene, const optics::Optics& optics) {
     box.add(light.position);
     boxes.push_back(box);
   }
-  for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
+  for (std::uint32_t t = 0; kinds.emitters && t < scene.triangles.size(); ++t) {
     if (!optics.emits(t)) continue;
     const auto c = scene.corners(t);
     const Vec3d doubled = cross(to_double(c[1] - c[0]), to_double(c[2] - c[0]));

@@ -18,7 +18,13 @@ namespace lightbatch::accuracy {
 /// Immutable; thread-safe.
 class LightTree {
  public:
-  LightTree(const scene::Scene& scene, const optics::Optics& optics);
+  struct Kinds {
+    bool points = true;
+    bool spots = true;
+    bool suns = true;
+    bool emitters = true;
+  };
+  LightTree(const scene::Scene& scene, const optics::Optics& optics, const Kinds& kinds);
 
   struct Pick {
     std::uint32_t light = 0;

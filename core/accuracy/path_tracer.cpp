@@ -87,15 +87,15 @@ class PathTracer::Numbers {
 };
 
 PathTracer::PathTracer(const rays::Caster& caster, const optics::Optics& optics,
-                       const optics::Environment& sky, bool punctual_direct)
+                       const optics::Environment& sky, const TracedLight& traced)
     : caster_(&caster),
       optics_(&optics),
       sky_(&sky),
-      lights_(optics.scene(), optics),
+      lights_(optics.scene(), optics, {traced.points, traced.spots, traced.suns, traced.emitters}),
       lift_(optics::lift_of(optics.scene())),
       filtered_(optics.filtered_count() > 0),
       sample_sky_(!sky.is_black() && !sky.is_uniform()),
-      punctual_direct_(punctual_direct) {}
+      traced_(traced) {}
 
 /// Cut away by an alpha mask: no surface there.
 bool PathTracer::is_hole(std::uint32_t triangle, float u, float v) const {
@@ -106,6 +106,7 @@ bool PathTracer::is_hole(std::uint32_t triangle, float u, float v) const {
 /// Transmittance from a vertex along `towards` up to t = reach.
 Rgb PathTracer::visible(const Vertex& at, const Vec3f& towards, float reach, std::uint32_t other,
                         std::uint64_t& rays) const {
+  if (!traced_.shadows) return {1, 1, 1};
   ++rays;
   const rays::Ray ray{at.frame.origin, towards, 0, reach};
   if (!filtered_) {
@@ -143,7 +144,7 @@ Rgb PathTracer::from_triangle(const Vertex& at, const LightTree::Pick& pick, Vec
   if (share.is_black()) return {};
   // Densities per solid angle.
   const double by_light = pick.probability * 2 / size * d2 / cos_there;
-  const double by_cosine = cos_here / kPiDouble;
+  const double by_cosine = traced_.shadows ? cos_here / kPiDouble : 0;
   return emission * share * static_cast<float>(cos_here / (by_light + by_cosine));
 }
 
@@ -195,12 +196,14 @@ Rgb PathTracer::direct(const Vertex& at, bool punctual, Numbers& numbers,
 /// Irradiance by a cosine ray that met an emitter (with its share of the weights).
 Rgb PathTracer::emitted(const rays::Hit& hit, float distance, const Vertex& from,
                         float cosine) const {
-  if (!optics_->emits(hit.triangle) || (hit.back && !optics_->double_sided(hit.triangle))) {
+  if (!traced_.emitters || !optics_->emits(hit.triangle) ||
+      (hit.back && !optics_->double_sided(hit.triangle))) {
     return {};
   }
   const Rgb emission = optics_->emission(hit.triangle, hit.u, hit.v);
   const std::uint32_t light = lights_.light_of(hit.triangle);
   if (light == LightTree::kNoLight) return emission * kPi;
+  if (!traced_.shadows) return {};  // asked as a light, whatever stands between
   const auto c = optics_->scene().corners(hit.triangle);
   const Vec3d doubled = cross(to_double(c[1] - c[0]), to_double(c[2] - c[0]));
   const Vec3d point = to_double(c[0]) + to_double(c[1] - c[0]) * static_cast<double>(hit.u) +
@@ -229,7 +232,7 @@ Rgb PathTracer::trace(const SurfacePoint& start, Numbers& numbers, std::uint64_t
             start.triangle};
   Rgb weight{1, 1, 1};  // of irradiance at the vertex in irradiance at the start
   Rgb sum;
-  for (bool punctual = punctual_direct_;; punctual = true) {
+  for (bool punctual = traced_.punctual_direct;; punctual = true) {
     sum += weight * direct(at, punctual, numbers, rays);
     const Vec3f local = cosine_hemisphere(numbers.direction());
     numbers.next_vertex();
@@ -257,6 +260,7 @@ Rgb PathTracer::trace(const SurfacePoint& start, Numbers& numbers, std::uint64_t
       const double scale = std::max(1.0, scattered + to_on);
       const double random = numbers.roulette() * scale;
       if (random < scattered) {
+        if (!traced_.interreflection) return sum;
         const bool goes_back = random < to_back;
         weight = goes_back ? back * static_cast<float>(scale / to_back)
                            : through * static_cast<float>(scale / (scattered - to_back));

@@ -27,6 +27,18 @@ using PointSource = std::function<SurfacePoint(float which, Vec2f within)>;
 /// Each of the points equally likely. Not empty.
 PointSource among(std::vector<SurfacePoint> points);
 
+/// What of the light is traced: all, unless a part was switched off.
+struct TracedLight {
+  /// What arrives from punctual lights without a bounce.
+  bool punctual_direct = true;
+  bool points = true;
+  bool spots = true;
+  bool suns = true;
+  bool emitters = true;
+  bool interreflection = true;
+  bool shadows = true;  // of lights
+};
+
 /// Sums over the paths of one estimate.
 struct PathSum {
   Rgbd irradiance;  // mean, lux
@@ -44,9 +56,8 @@ struct PathSum {
 /// sheets. Thread-safe; results depend on the arguments alone.
 class PathTracer {
  public:
-  /// punctual_direct = false: what arrives from punctual lights without a bounce is left out.
   PathTracer(const rays::Caster& caster, const optics::Optics& optics,
-             const optics::Environment& sky, bool punctual_direct = true);
+             const optics::Environment& sky, const TracedLight& traced = {});
 
   /// Mean irradiance over the points of a source, by `samples` paths. Calls with different seeds
   /// are independent of each other.
@@ -76,7 +87,7 @@ class PathTracer {
   float lift_ = 0;
   bool filtered_ = false;
   bool sample_sky_ = false;
-  bool punctual_direct_ = true;
+  TracedLight traced_;
 };
 
 }  // namespace lightbatch::accuracy

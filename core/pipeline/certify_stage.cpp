@@ -76,8 +76,18 @@ double bake_rays(const LightBake& light) {
   return static_cast<double>(light.baked.counts.rays.cast() + light.radiosity.rays.cast());
 }
 
+/// What is switched off is not in the truth either.
 accuracy::PathTracer tracer_of(const JobOptions& options, const Prepared& p) {
-  return {*p.caster, *p.optics, p.sky, options.lights == LightsPolicy::kRemove};
+  using plan::Effect;
+  accuracy::TracedLight traced;
+  traced.punctual_direct = options.lights == LightsPolicy::kRemove;
+  traced.points = p.effects.on(Effect::kPointLights);
+  traced.spots = p.effects.on(Effect::kSpotLights);
+  traced.suns = p.effects.on(Effect::kDirectionalLights);
+  traced.emitters = p.effects.on(Effect::kEmitters);
+  traced.interreflection = p.effects.on(Effect::kInterreflection);
+  traced.shadows = p.effects.on(Effect::kShadows);
+  return {*p.caster, *p.optics, p.sky, traced};
 }
 
 /// Bounces that a path takes on average, 1 / (1 - rho) with the area mean of rho.

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -174,6 +175,48 @@ TEST(Certificate, SameOnAnyNumberOfThreads) {
   EXPECT_EQ(one.high, two.high);
   EXPECT_EQ(one.p95, two.p95);
   EXPECT_EQ(one.paths, two.paths);
+}
+
+// A lamp close to the ceiling: most light comes by the few paths that meet the ceiling there, and
+// products of halves of which one holds such a path are negative. That is no certainty.
+TEST(Certificate, RarePathsAreNotTakenForCertainty) {
+  SceneKit kit;
+  const std::uint32_t white = kit.material(Rgb::grey(0.9f));
+  kit.box({0, 0, 0}, {4, 4, 4}, white);
+  scene::Light lamp;
+  lamp.position = {2, 3.99, 2};
+  lamp.intensity = {100, 100, 100};
+  kit.scene().lights = {lamp};
+  kit.finish();
+  const PathTracer tracer(kit.caster(), kit.optics(), kBlackSky);
+  Random random(3);
+  std::vector<Probe> probes;
+  for (int i = 0; i < 128; ++i) {
+    // Walls, which the lamp itself hardly lights.
+    std::vector<SurfacePoint> at{{static_cast<std::uint32_t>(random.below(4)),
+                                  0.5f * random.next_float(), 0.5f * random.next_float(), false}};
+    const Rgbd light = tracer.irradiance(at, 4096, static_cast<std::uint64_t>(i)).irradiance;
+    probes.push_back({to_float(light), among(std::move(at))});
+  }
+  for (std::uint64_t seed = 1; seed <= 32; ++seed) {
+    CertificateOptions options;
+    options.target = 0.2;
+    options.max_paths = 128 * 32;
+    options.seed = seed;
+    const Certificate c = certify(tracer, probes, options, Progress()).value();
+    EXPECT_GE(c.high, std::max(c.bias_low, -c.bias_high)) << seed;
+    EXPECT_GT(c.high, 0.01) << seed;
+    EXPECT_LE(c.relrmse, c.high) << seed;
+  }
+}
+
+TEST(Certificate, LightThatIsNotFiniteIsAnError) {
+  const LampScene scene;
+  const PathTracer tracer(scene.kit().caster(), scene.kit().optics(), kBlackSky);
+  Random random(5);
+  std::vector<Probe> probes = scene.probes(100, 0.0, 0.02, random);
+  probes[40].value.g = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(certify(tracer, probes, {}, Progress()).status().reason(), "LIGHT_NOT_FINITE");
 }
 
 TEST(Certificate, EmptyBlackAndTinyInputs) {

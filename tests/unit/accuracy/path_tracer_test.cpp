@@ -145,6 +145,51 @@ TEST(PathTracer, PunctualLightsAsTheExtensionSays) {
 }
 
 // A lamp in the very plane of a ceiling is not shadowed by it, wherever on the floor.
+TEST(PathTracer, WhatIsSwitchedOffIsNotTraced) {
+  SceneKit kit;
+  const std::uint32_t white = kit.material(Rgb::grey(0.5f));
+  const std::uint32_t glowing = kit.material(Rgb{}, Rgb::grey(100));
+  kit.box({0, 0, 0}, {4, 4, 4}, white);
+  kit.quad({Vec3f{1, 3.5f, 1}, {2, 3.5f, 1}, {2, 3.5f, 2}, {1, 3.5f, 2}}, glowing);
+  scene::Light point, spot, sun;
+  point.position = spot.position = {3, 3, 3};
+  point.intensity = spot.intensity = sun.intensity = {50, 50, 50};
+  spot.kind = scene::LightKind::kSpot;
+  spot.direction = sun.direction = {0, -1, 0};
+  spot.cos_inner = spot.cos_outer = std::cos(0.7);
+  sun.kind = scene::LightKind::kDirectional;
+  kit.scene().lights = {point, spot, sun};
+  kit.finish();
+  std::vector<SurfacePoint> walls;
+  for (std::uint32_t t = 0; t < 12; ++t) walls.push_back({t, 0.4f, 0.3f, false});
+  const auto light = [&](const TracedLight& traced) {
+    return PathTracer(kit.caster(), kit.optics(), kBlackSky, traced)
+        .irradiance(walls, 1 << 16, 5)
+        .irradiance.g;
+  };
+  const double all = light({});
+  double parts = 0;
+  for (int kind = 0; kind < 4; ++kind) {
+    TracedLight one;
+    one.points = kind == 0;
+    one.spots = kind == 1;
+    one.suns = kind == 2;
+    one.emitters = kind == 3;
+    parts += light(one);
+  }
+  EXPECT_NEAR(parts / all, 1, 0.02);  // the noise of 65,536 paths
+  TracedLight direct;
+  direct.interreflection = false;
+  EXPECT_LT(light(direct), 0.8 * all);
+  TracedLight unshadowed = direct;
+  unshadowed.shadows = false;
+  // The ceiling shades the room from the sun.
+  EXPECT_GT(light(unshadowed), light(direct) + 1);
+  TracedLight none = direct;
+  none.points = none.spots = none.suns = none.emitters = false;
+  EXPECT_EQ(light(none), 0);
+}
+
 TEST(PathTracer, LampInAPlaneOfTheScene) {
   Floor scene;
   const float height = 2.9f;
