@@ -98,9 +98,9 @@ bool joins_others(const scene::Scene& scene, const KeyMap& keys, const Shared& m
 }  // namespace
 
 Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const KeyMap& keys,
-                   double bytes_of_draw) {
+                   const CopyLimits& limits) {
   const bool lit = !options.page_of_triangle.empty();
-  bytes_of_draw = std::max(bytes_of_draw, lit ? kBytesOfLitDraw : kBytesOfDraw);
+  const double bytes_of_draw = std::max(limits.bytes_of_draw, lit ? kBytesOfLitDraw : kBytesOfDraw);
   Fates fates;
   fates.of_object.assign(scene.objects.size(), Fate::kMerged);
   fates.reason.resize(scene.objects.size());
@@ -128,7 +128,7 @@ Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const
     return a.bytes * static_cast<double>(b.placements.front().size()) <
            b.bytes * static_cast<double>(a.placements.front().size());
   });
-  const double most = std::max(0.0, options.max_growth - 1) * fates.geometry_bytes;
+  const double most = std::max(0.0, limits.growth - 1) * fates.geometry_bytes;
   const double little = std::min(most, kLittleGrowth * fates.geometry_bytes);
   for (const Shared& mesh : meshes) {
     if (mesh.placements.size() < 2) continue;

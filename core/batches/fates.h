@@ -26,9 +26,12 @@ struct Fates {
   double copied_bytes = 0;
   double next_bytes_of_draw = 0;  // that would copy more; 0: nothing would
 };
-/// bytes_of_draw: what copies may add to the file for each draw that they save; at least the
-/// default, 16 KiB or with lightmaps 64.
+/// What copies of shared meshes may take.
+struct CopyLimits {
+  double growth = 1;         // of all bytes
+  double bytes_of_draw = 0;  // for each draw that they save; at least 16 KiB, with lightmaps 64
+};
 Fates decide_fates(const scene::Scene& scene, const BatchOptions& options, const KeyMap& keys,
-                   double bytes_of_draw = 0);
+                   const CopyLimits& limits);
 
 }  // namespace lightbatch::batches

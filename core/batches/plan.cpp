@@ -101,6 +101,14 @@ Attempt approach(const Subject& subject, const Problem& problem, const BatchPlan
   return best;
 }
 
+/// Copies may add this much before it is known that a file of many draws needs more. With lightmaps
+/// every placement has bytes of its own anyway.
+CopyLimits first_limits(const BatchOptions& options) {
+  constexpr double kLittleGrowth = 1.25;
+  const bool lit = !options.page_of_triangle.empty();
+  return {lit ? options.max_growth : std::min(options.max_growth, kLittleGrowth), 0};
+}
+
 void add_curve(const Problem& problem, BatchPlan& result) {
   constexpr double kLow = 4, kHigh = 3e6, kStep = 2;
   for (double worth = kHigh; worth >= kLow; worth /= kStep) {
@@ -134,7 +142,8 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
   empty.max_vertices = max_vertices;
   empty.draws_before = before.size();
 
-  auto problem = std::make_unique<Problem>(subject, decide_fates(scene, options, keys));
+  CopyLimits limits = first_limits(options);
+  auto problem = std::make_unique<Problem>(subject, decide_fates(scene, options, keys, limits));
   if (progress.cancelled()) return cancelled();
   progress.report("batches", 0.6);
   BatchPlan result = empty;
@@ -143,12 +152,21 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
     if (measured == nullptr) measured = &made.emplace(make_view_set(scene, tree, viewpoints));
     const Goal goal(*measured, before, options.draws_share);
     const double limit = options.draws_share * expected_inside_draws(before, views);
+    if (limits.growth < options.max_growth && problem->fewest_inside_draws() > limit) {
+      limits.growth = options.max_growth;
+      problem = std::make_unique<Problem>(subject, decide_fates(scene, options, keys, limits));
+    }
     Attempt best = approach(subject, *problem, empty, goal, limit);
     // What instances cannot reach, more copies may.
     while (!best.distance.met()) {
       if (progress.cancelled()) return cancelled();
-      Fates fates = decide_fates(scene, options, keys, problem->fates().next_bytes_of_draw);
-      if (!(fates.copied_bytes > problem->fates().copied_bytes)) break;
+      const bool all_growth = limits.growth >= options.max_growth;
+      limits = {options.max_growth, all_growth ? problem->fates().next_bytes_of_draw : 0.0};
+      Fates fates = decide_fates(scene, options, keys, limits);
+      if (!(fates.copied_bytes > problem->fates().copied_bytes)) {
+        if (all_growth) break;
+        continue;
+      }
       auto copied = std::make_unique<Problem>(subject, std::move(fates));
       Attempt attempt = approach(subject, *copied, empty, goal, limit);
       if (!(attempt.distance < best.distance)) break;

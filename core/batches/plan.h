@@ -31,7 +31,8 @@ struct BatchOptions {
   std::uint32_t free_draws = 500;
   std::uint32_t max_vertices = 0;  // of one primitive; 0: the profile's
   /// Bytes of vertices and indices may grow by this factor through copies of shared meshes, made
-  /// where they save draws cheaply; what is not copied stays instanced.
+  /// where they save draws cheaply; what is not copied stays instanced. By more than a quarter only
+  /// with lightmaps or where draws_share needs it.
   double max_growth = 16;
   /// Instances may be drawn by EXT_mesh_gpu_instancing, one group for each cell of space. Not when
   /// triangles have pages: light differs from instance to instance.

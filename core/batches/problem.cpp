@@ -189,6 +189,11 @@ Prices Problem::least_prices(double limit) const {
   return prices;
 }
 
+double Problem::fewest_inside_draws() const {
+  const Prices& prices = subject_.prices;
+  return solve({kDearestDraw, prices.vertex, prices.triangle}).inside_draws + left_inside_draws_;
+}
+
 void Problem::fill(const Prices& prices, BatchPlan& result) const {
   const Subject& s = subject_;
   result.draw_price = prices.draw;

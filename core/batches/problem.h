@@ -39,6 +39,8 @@ class Problem {
   /// most `limit` times, within 2 %. When nothing reaches that, the price at which nothing changes
   /// any more.
   Prices least_prices(double limit) const;
+  /// What views from inside draw at least, however dear a draw is.
+  double fewest_inside_draws() const;
   /// The batches and cells that are cheapest at these prices, and what is left alone.
   void fill(const Prices& prices, BatchPlan& result) const;
 
