@@ -46,8 +46,8 @@ LightTree::LightTree(const scene::Scene& scene, const optics::Optics& optics, co
     light.strength = source.intensity.sum();
     light.range = static_cast<float>(source.range);
     light.spot = source.kind == scene::LightKind::kSpot;
-    light.cos_inner = static_cast<float>(source.cos_inner);
-    light.cos_outer = static_cast<float>(source.cos_outer);
+    light.dip_inner = static_cast<float>(1 - source.cos_inner);
+    light.dip_outer = static_cast<float>(1 - source.cos_outer);
     lights_.push_back(light);
     Aabb box;
     box.add(light.position);
@@ -100,10 +100,12 @@ Rgb LightTree::punctual_irradiance(std::uint32_t index, const Vec3f& at,
     factor *= std::clamp(1 - ratio * ratio * ratio * ratio, 0.0, 1.0);
   }
   if (light.spot) {
-    const double angle = -dot(to_light, to_double(light.direction)) / d;
-    const double inner = static_cast<double>(light.cos_inner);
-    const double outer = static_cast<double>(light.cos_outer);
-    const double ramp = std::clamp((angle - outer) / std::max(1e-6, inner - outer), 0.0, 1.0);
+    const Vec3d axis = to_double(light.direction);
+    const double sine = length(cross(to_light, axis)), along = -dot(to_light, axis);
+    const double half = std::sin(std::atan2(sine, along) / 2);
+    const double left = static_cast<double>(light.dip_outer) - 2 * half * half;
+    const double width = static_cast<double>(light.dip_outer - light.dip_inner);
+    const double ramp = left <= 0 ? 0 : left >= width ? 1 : left / width;
     factor *= ramp * ramp;
   }
   return to_float(to_double(light.intensity) * factor);

@@ -65,7 +65,7 @@ class LightTree {
     Rgb intensity;
     float strength = 0;  // intensity, or luminance times area, summed over channels
     float range = 0;
-    float cos_inner = 1, cos_outer = -1;
+    float dip_inner = 0, dip_outer = 2;  // 1 - cosine
     bool spot = false;
     bool both_sides = false;
   };

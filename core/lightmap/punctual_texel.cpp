@@ -4,9 +4,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "core/base/random.h"
 #include "core/lightmap/edge_samples.h"
+#include "core/lightmap/lamp_cells.h"
 #include "core/math/sobol.h"
 
 namespace lightbatch::lightmap {
@@ -29,6 +33,8 @@ constexpr double kUnseenShare = 2;
 constexpr double kStrong = 2;
 /// Shares of a light that differ by more than this are two states.
 constexpr float kSameShare = 0.02f;
+/// Half a diagonal, texels.
+constexpr double kSixteenthRadius = 0.25 * 0.7072;
 
 /// What one sixteenth of a texel sees of one light.
 struct Sixteenth {
@@ -38,6 +44,48 @@ struct Sixteenth {
   bool mixed() const { return highest - lowest > kSameShare; }
   float middle() const { return 0.5f * (lowest + highest); }
 };
+
+/// The light of one sixteenth where its points do not tell the mean.
+class Lamp {
+ public:
+  Lamp(const PunctualLight& light, const BakeInput& input, const TexelPoints::Point& about) {
+    cut_for_lamp(light, input.scene, input.layout, about, cells_);
+    back_ = about.back;
+    triangle_ = about.triangle;
+    for (const LampCell& c : cells_) up_to_.push_back(total_ += c.light.sum());
+    for (const LampCell& c : cells_) mean_ += to_double(c.light);
+  }
+  const Rgbd& mean() const { return mean_; }
+  bool is_dark() const { return cells_.empty(); }
+
+  /// A point of the surface, as often as light arrives there.
+  TexelPoints::Point point(Vec2f random) const {
+    const float wanted = random.x * total_;
+    const auto found = std::upper_bound(up_to_.begin(), up_to_.end() - 1, wanted);
+    const LampCell& cell = cells_[static_cast<std::size_t>(found - up_to_.begin())];
+    const float light = cell.light.sum();
+    const float within = std::clamp(1 - (*found - wanted) / light, 0.0f, 1.0f);
+    const Vec2f step{(within - 0.5f) * cell.edge, (random.y - 0.5f) * cell.edge};
+    return {triangle_, cell.at + step, back_};
+  }
+
+ private:
+  std::vector<LampCell> cells_;
+  std::vector<float> up_to_;
+  float total_ = 0;
+  Rgbd mean_;
+  std::uint32_t triangle_ = 0;
+  bool back_ = false;
+};
+
+/// Radius of the sphere about a middle point that holds all points of a texel and their shares.
+float radius_about(const Receiver& middle, std::span<const Receiver> points, float margin) {
+  float farthest = 0;
+  for (const Receiver& p : points) {
+    farthest = std::max(farthest, length(p.frame.position - middle.frame.position));
+  }
+  return farthest + margin;
+}
 
 bool adjacent(const TexelPoints::Point& a, const TexelPoints::Point& b) {
   constexpr float kNext = 0.3f;  // a sixteenth is a quarter of a texel across
@@ -67,6 +115,9 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
   Receivers receivers(input_.scene, input_.layout, lift);
   std::array<Receiver, 16> at;
   for (std::uint32_t i = 0; i < used; ++i) at[i] = receivers(points.point[i], {0.5f, 0.5f});
+  const float radius =
+      radius_about(centre, std::span(at).first(used),
+                   static_cast<float>(kSixteenthRadius / input_.layout.texels_per_metre));
   std::uint32_t hash = 1;
   for (const PunctualLight& light : lights_) {
     Rgbd open;
@@ -77,14 +128,15 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
       most = std::max(most, value.max());
       open += to_double(value);
     }
-    if (open.is_black()) {
+    const bool close = varies_within(light, centre.frame.position, radius);
+    if (open.is_black() && !close) {
       hash = hash * 0x9e3779b1u + 1;
       continue;
     }
     // The edge of a cone or of a range, a lamp close by, a sheet's edge, a shadow's edge.
     const Rgb share = input_.direct.punctual_visibility(centre, light, counts.rays);
     const bool uneven = static_cast<double>(most - least) > kMostUneven * allowed_;
-    bool mixed = least == 0 || (!share.is_black() && (uneven || !(share == Rgb{1, 1, 1})));
+    bool mixed = close || least == 0 || (!share.is_black() && (uneven || !(share == Rgb{1, 1, 1})));
     for (std::uint32_t i = 0; pilot.thorough && i < used && !mixed; ++i) {
       mixed = !(input_.direct.punctual_visibility(at[i], light, counts.rays) == share);
     }
@@ -111,18 +163,37 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
   std::array<Sixteenth, 16> part;
   double open_sum = 0;
+  std::array<std::optional<Lamp>, 16> lamp;
+  for (std::uint32_t i = 0; i < points.count; ++i) {
+    const Vec3f middle = receivers(points.point[i], {0.5f, 0.5f}).frame.position;
+    const double radius = kSixteenthRadius / input_.layout.texels_per_metre;
+    if (!varies_within(light, middle, static_cast<float>(radius))) continue;
+    lamp[i].emplace(light, input_, points.point[i]);
+    open_sum = std::max(open_sum, lamp[i]->mean().max());
+  }
+  const auto count = [&](std::uint32_t i, const Rgb& open, const Rgb& share) {
+    const float seen = share.sum() / 3;
+    part[i].lowest = std::min(part[i].lowest, seen);
+    part[i].highest = std::max(part[i].highest, seen);
+    part[i].sum += to_double(open * share);
+    ++part[i].taken;
+  };
   const auto take = [&](std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
     const OwenSobol2 shift(static_cast<std::uint32_t>(item_seed(input_.seed, t, 300 + 16 * l + i)));
+    if (lamp[i]) {
+      if (lamp[i]->is_dark()) return;
+      for (std::uint32_t round = begin; round < end; ++round) {
+        const Receiver at = receivers(lamp[i]->point(shift.point(round)), {0.5f, 0.5f});
+        count(i, {1, 1, 1}, input_.direct.punctual_visibility(at, light, counts.rays));
+      }
+      return;
+    }
     for (std::uint32_t round = begin; round < end; ++round) {
       const Receiver at = receivers(points.point[i], shift.point(round));
       const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
       const Rgb share =
           open.is_black() ? Rgb{} : input_.direct.punctual_visibility(at, light, counts.rays);
-      const float seen = share.sum() / 3;
-      part[i].lowest = std::min(part[i].lowest, seen);
-      part[i].highest = std::max(part[i].highest, seen);
-      part[i].sum += to_double(open * share);
-      ++part[i].taken;
+      count(i, open, share);
       open_sum = std::max(open_sum, static_cast<double>(open.max()));
     }
   };
@@ -134,9 +205,10 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, kFirstRounds, first_rounds);
   std::array<bool, 16> edge{};
   for (std::uint32_t i = 0; i < points.count; ++i) {
+    if (part[i].taken == 0) continue;
     edge[i] = part[i].mixed();
     for (std::uint32_t j = 0; j < points.count && !edge[i]; ++j) {
-      edge[i] = adjacent(points.point[i], points.point[j]) &&
+      edge[i] = adjacent(points.point[i], points.point[j]) && part[j].taken > 0 &&
                 (part[j].mixed() || std::fabs(part[i].middle() - part[j].middle()) > kSameShare);
     }
   }
@@ -145,7 +217,9 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   Rgbd total;
   for (std::uint32_t i = 0; i < points.count; ++i) {
     if (edge[i] && rounds > first_rounds) take(i, first_rounds, rounds);
-    total += part[i].sum / static_cast<double>(part[i].taken);
+    if (part[i].taken == 0) continue;
+    const Rgbd mean = part[i].sum / static_cast<double>(part[i].taken);
+    total += lamp[i] ? lamp[i]->mean() * mean : mean;
   }
   return total / static_cast<double>(points.count);
 }

@@ -94,20 +94,24 @@ Rgb PunctualLight::irradiance(const Vec3f& at, const Vec3f& normal) const {
   const float squared = dot(to, to);
   const float cosine = dot(normal, to);
   if (!(cosine > 0) || !(squared > 0)) return {};
-  const float distance = std::sqrt(squared);
-  float factor = cosine / (squared * distance);
+  return intensity * (cosine / (squared * std::sqrt(squared)) * window(at));
+}
+
+float PunctualLight::window(const Vec3f& at) const {
+  const Vec3f from = at - position;
+  const float squared = dot(from, from);
+  float factor = 1;
   if (range > 0) {
-    const float ratio = distance / range;
-    const float fourth = ratio * ratio * ratio * ratio;
-    factor *= std::clamp(1.0f - fourth, 0.0f, 1.0f);
+    const float ratio = squared / (range * range);
+    factor = std::clamp(1.0f - ratio * ratio, 0.0f, 1.0f);
   }
-  if (kind == scene::LightKind::kSpot) {
-    const float away = -dot(direction, to) / distance;
-    const float ramp =
-        std::clamp((away - cos_outer) / std::max(1e-6f, cos_inner - cos_outer), 0.0f, 1.0f);
-    factor *= ramp * ramp;
-  }
-  return intensity * factor;
+  if (kind != scene::LightKind::kSpot || !(squared > 0)) return factor;
+  const float cosine = dot(direction, from) / std::sqrt(squared);
+  const Vec3f across = cross(direction, from);
+  const float dip = cosine > 0 ? dot(across, across) / squared / (1 + cosine) : 1 - cosine;
+  if (dip_inner >= dip_outer) return dip < dip_outer ? factor : 0;
+  const float ramp = std::clamp((dip_outer - dip) / (dip_outer - dip_inner), 0.0f, 1.0f);
+  return factor * ramp * ramp;
 }
 
 LightSources::LightSources(const scene::Scene& scene, const optics::Optics& optics,
@@ -134,8 +138,8 @@ void LightSources::add_punctual(const scene::Scene& scene, const Kinds& kinds, G
     if (!wanted || light.intensity.is_black()) continue;
     punctual_.push_back({light.kind, to_float(light.position),
                          to_float(normalized(light.direction)), light.intensity,
-                         static_cast<float>(light.range), static_cast<float>(light.cos_inner),
-                         static_cast<float>(light.cos_outer)});
+                         static_cast<float>(light.range), static_cast<float>(1 - light.cos_inner),
+                         static_cast<float>(1 - light.cos_outer)});
     // Lumens, the sun's on an area of the scene's size.
     const double spread =
         light.kind == scene::LightKind::kDirectional ? size * size : 4 * kPiDouble;

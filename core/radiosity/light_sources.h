@@ -17,15 +17,17 @@ namespace lightbatch::radiosity {
 struct PunctualLight {
   scene::LightKind kind = scene::LightKind::kPoint;
   Vec3f position;
-  Vec3f direction;  // the way it shines
-  Rgb intensity;    // cd or lux
-  float range = 0;  // 0: unlimited
-  float cos_inner = 1, cos_outer = 0;
-  std::uint32_t group = 0;  // into LightSources::groups
+  Vec3f direction;                     // the way it shines
+  Rgb intensity;                       // cd or lux
+  float range = 0;                     // 0: unlimited
+  float dip_inner = 0, dip_outer = 1;  // 1 - cosine of a cone's angles: right for thin ones, too
+  std::uint32_t group = 0;             // into LightSources::groups
 
   /// Irradiance at (position, unit normal) without anything between; lux.
   /// KHR_lights_punctual: 1/d2, range window max(min(1 - (d/range)^4, 1), 0), squared cone ramp.
   Rgb irradiance(const Vec3f& at, const Vec3f& normal) const;
+  /// What range and cone leave of a point or spot light.
+  float window(const Vec3f& at) const;
   /// Unnormalised direction to the light from a point (t = 1 is the light; infinite when
   /// directional).
   Vec3f towards(const Vec3f& at) const {

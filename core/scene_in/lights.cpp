@@ -10,12 +10,13 @@
 namespace lightbatch::scene_in {
 namespace {
 
+constexpr double kThinnestCone = 1e-6;      // radians
 constexpr double kLargestIntensity = 1e30;  // candela or lux; keeps every product of light finite
 
 /// Spot angles with 0 <= inner < outer <= pi/2, as the extension demands; false when mended.
 bool set_cone(const tinygltf::SpotLight& spot, scene::Light& light) {
   constexpr double kHalfPi = std::numbers::pi / 2;
-  const double outer = std::clamp(spot.outerConeAngle, 1e-3, kHalfPi);
+  const double outer = std::clamp(spot.outerConeAngle, kThinnestCone, kHalfPi);
   const double inner = std::clamp(spot.innerConeAngle, 0.0, outer);
   light.cos_inner = std::cos(inner);
   light.cos_outer = std::cos(outer);
