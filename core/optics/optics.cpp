@@ -325,9 +325,30 @@ Rgb Optics::emission(std::uint32_t triangle, float u, float v) const {
     value *= Rgb{texel[0], texel[1], texel[2]};
   }
   // What is cut away or fades shines as much less.
-  const bool covers_in_part =
-      surfaces_[triangle] == rays::Surface::kFiltered && m.alpha_mode != AlphaMode::kOpaque;
-  return covers_in_part ? value * point(m, triangle, u, v).alpha : value;
+  return covered_in_part(triangle) ? value * point(m, triangle, u, v).alpha : value;
+}
+
+bool Optics::covered_in_part(std::uint32_t triangle) const {
+  return surfaces_[triangle] == rays::Surface::kFiltered &&
+         scene_->material_of(triangle).alpha_mode != AlphaMode::kOpaque;
+}
+
+double Optics::emission_texels(std::uint32_t triangle) const {
+  const Material& m = scene_->material_of(triangle);
+  double most = covered_in_part(triangle) && (flags_[triangle] & kVertexColor) ? 1 : 0;
+  const auto count = [&](const TextureSlot& slot) {
+    if (!slot.present()) return;
+    const auto at = [&](float u, float v) {
+      return transform_uv(slot, uv_at(*scene_, slot, triangle, u, v));
+    };
+    const Vec2f a = at(0, 0);
+    const double area = std::fabs(static_cast<double>(cross(at(1, 0) - a, at(0, 1) - a))) / 2;
+    const image::Image8& image = *scene_->images[slot.image];
+    most = std::max(most, area * image.width * image.height);
+  };
+  count(m.emission_texture);
+  if (covered_in_part(triangle)) count(m.base_color_texture);
+  return most;
 }
 
 Rgb Optics::transmittance(std::uint32_t triangle, float u, float v) const {

@@ -70,6 +70,10 @@ class Optics {
   bool textured_emission(std::uint32_t triangle) const {
     return flags_[triangle] & kTexturedEmission;
   }
+  /// Alpha leaves some of it away.
+  bool covered_in_part(std::uint32_t triangle) const;
+  /// About so many texels of the textures that decide what it emits lie on the triangle.
+  double emission_texels(std::uint32_t triangle) const;
   /// Transmits partly somewhere (BLEND, transmission): a ray that hits it goes on, weakened.
   bool sheet(std::uint32_t triangle) const { return flags_[triangle] & kSheet; }
 

@@ -6,61 +6,16 @@
 
 #include "core/base/random.h"
 #include "core/math/sampling.h"
+#include "core/radiosity/emission_parts.h"
 
 namespace lightbatch::radiosity {
 namespace {
 
-/// Part of a triangle, by barycentric places.
-using Part = std::array<Vec2f, 3>;
-
-/// A part is cut in four while a quarter's mean differs from its own by this share of the
-/// triangle's, so often at most.
-constexpr float kEvenShare = 0.05f;
-constexpr int kMostCuts = 4;
 /// Emitters from which on triangles stay whole.
 constexpr std::size_t kMostParts = 200'000;
 /// Emitters are one lamp where their area is this share of the surface of their box: a panel fills
 /// a half of it, two panels a panel apart a third.
 constexpr double kLampFill = 0.4;
-
-/// Mean emitted luminance over a part; a texture is sampled on a stratified 8 x 8 pattern.
-Rgb mean_emission(const optics::Optics& optics, std::uint32_t triangle, const Part& part) {
-  if (!optics.textured_emission(triangle)) return optics.emission(triangle, 1.0f / 3, 1.0f / 3);
-  constexpr int kSide = 8;
-  Rgbd sum;
-  for (int j = 0; j < kSide; ++j) {
-    for (int i = 0; i < kSide; ++i) {
-      const Vec2f p = uniform_triangle(
-          {(static_cast<float>(i) + 0.5f) / kSide, (static_cast<float>(j) + 0.5f) / kSide});
-      const Vec2f at = part[0] + (part[1] - part[0]) * p.x + (part[2] - part[0]) * p.y;
-      sum += to_double(optics.emission(triangle, at.x, at.y));
-    }
-  }
-  return to_float(sum / static_cast<double>(kSide * kSide));
-}
-
-/// Calls visit(part, its luminance) for parts that are about even, the whole triangle where it is.
-template <typename Visit>
-void for_each_even_part(const optics::Optics& optics, std::uint32_t triangle, const Part& part,
-                        const Rgb& mean, float uneven, int cuts, const Visit& visit) {
-  const Vec2f ab = (part[0] + part[1]) * 0.5f, bc = (part[1] + part[2]) * 0.5f,
-              ca = (part[2] + part[0]) * 0.5f;
-  const Part quarters[4] = {{part[0], ab, ca}, {ab, part[1], bc}, {ca, bc, part[2]}, {bc, ca, ab}};
-  std::array<Rgb, 4> means{};
-  bool even = true;
-  for (std::size_t k = 0; k < 4 && cuts > 0; ++k) {
-    means[k] = mean_emission(optics, triangle, quarters[k]);
-    const Rgb off = means[k] - mean;
-    even = even && std::max({std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)}) <= uneven;
-  }
-  if (even) {
-    visit(part, mean);
-    return;
-  }
-  for (std::size_t k = 0; k < 4; ++k) {
-    for_each_even_part(optics, triangle, quarters[k], means[k], uneven, cuts - 1, visit);
-  }
-}
 
 }  // namespace
 
@@ -169,15 +124,16 @@ void LightSources::add_points(const Kinds& kinds) {
 
 void LightSources::add_emitters(const scene::Scene& scene, const optics::Optics& optics,
                                 Grouping& grouping) {
+  std::size_t uneven = 0;
+  for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
+    if (EmissionParts::is_uneven(optics, i)) ++uneven;
+  }
   for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
     if (!optics.emits(i)) continue;
     const auto corner = scene.corners(i);
-    const Part whole{Vec2f{0, 0}, Vec2f{1, 0}, Vec2f{0, 1}};
-    const Rgb mean = mean_emission(optics, i, whole);
     const bool cut = optics.textured_emission(i) && emitters_.size() < kMostParts;
-    for_each_even_part(
-        optics, i, whole, mean, kEvenShare * mean.max(), cut ? kMostCuts : 0,
-        [&](const Part& part, const Rgb& luminance) {
+    EmissionParts(optics, i, uneven)
+        .for_each(cut, [&](const EmissionParts::Part& part, const Rgb& luminance) {
           if (luminance.is_black()) return;
           const auto place = [&](const Vec2f& p) {
             return corner[0] * (1 - p.x - p.y) + corner[1] * p.x + corner[2] * p.y;

@@ -46,9 +46,13 @@ def plain():
     panels = [(ceiling((0.5 * i - 1.5, 1.3 + 0.1 * ((i + 2 * j) % 3), 0.45 * j - 1.3), 0.2, 0.15), 20 + 30 * ((i * j) % 3), False)
               for i in range(7) for j in range(7)]
     yield lit_floor("forty_nine", panels)
-    dim = [(ceiling((0.5 * i - 1.5, 3, 1.2), 0.3, 0.3), 1000, False) for i in range(7)]
-    yield lit_floor("dim_one_near", dim + [(ceiling((-1.2, 0.05, -1.2), 0.06, 0.06), 3, False)],
-                    on_floor() + [((-1.2, 0, -1.2), UP), ((-1.16, 0, -1.23), UP)], over_texels=True)
+    low = ceiling((-1.2, 0.05, -1.2), 0.06, 0.06)  # hides the others
+    scene = with_floor()
+    high = [ceiling((0.5 * i - 1.5, 3, 1.2), 0.3, 0.3) for i in range(7)]
+    scene.mesh([t for c in high for t in fan(c)], scene.material(0, 1000))
+    scene.mesh(fan(low), scene.material(0, 3))
+    yield Case("emitter/dim_one_near", scene, Sum(Lamp(low, 3), *(Lamp(c, 1000, behind=[low]) for c in high)),
+               on_floor() + [((-1.2, 0, -1.2), UP), ((-1.16, 0, -1.23), UP)], over_texels=True)
     for name, place in PLACES.items():
         lamps = [(ceiling((0.3, 1.2, 0.1)), (100, 50, 25), False), (rectangle((-1.2, 0.5, 0), (0, 0.6, 0), (0, 0, 0.5)), 40, True)]
         yield lit_floor(f"placed_{name}", lamps, placed=place, over_texels=True)

@@ -56,7 +56,7 @@ def windows():
     """A closed black box with openings in one wall, receivers on its floor."""
     for name, holes in (("one", [(0.0, 1.2, 1.0, 0.8)]), ("small", [(0.1, 1.3, 0.12, 0.1)]), ("two", [(-0.9, 1.0, 0.5, 0.5), (0.8, 1.5, 0.3, 0.7)])):
         scene = MadeScene()
-        black = scene.material(double_sided=True)
+        black = scene.material()
         # wall at x = -2 with rectangular openings: strips about each in a grid of cuts
         zs = sorted({-2.0, 2.0, *(z + s * w / 2 for z, y, w, h in holes for s in (-1, 1))})
         ys = sorted({0.0, 2.5, *(y + s * h / 2 for z, y, w, h in holes for s in (-1, 1))})
