@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <vector>
 
 #include "core/base/random.h"
 #include "core/optics/duplicates.h"
@@ -143,6 +145,83 @@ TEST(Emitters, ALampAtTheSamePlaceTwiceShinesOnce) {
   EXPECT_EQ(optics::hidden_duplicates(kit.scene(), all), (std::vector<std::uint32_t>{2, 3}));
   for (const std::uint32_t t : {0u, 1u, 4u, 5u}) EXPECT_TRUE(kit.optics().emits(t)) << t;
   for (const std::uint32_t t : {2u, 3u}) EXPECT_FALSE(kit.optics().emits(t)) << t;
+}
+
+// Every node's cone holds the directions that its emitters shine in, so that nothing is passed
+// over.
+TEST(Emitters, ConesOfNodesHoldAllThatIsBelow) {
+  ManyLamps lamps;
+  const LightSources sources(lamps.kit.scene(), lamps.kit.optics(), {});
+  const auto& tree = sources.emitter_tree();
+  for (hierarchy::Hierarchy::NodeId node = 0; node < tree.node_count(); ++node) {
+    const FacingCone& cone = sources.facing(node);
+    ASSERT_NEAR(length(cone.axis), 1, 1e-5);
+    for (const std::uint32_t i : tree.primitives(node)) {
+      const Emitter& e = sources.emitters()[i];
+      const Vec3f normal = normalized(cross(e.b - e.a, e.c - e.a));
+      ASSERT_GE(dot(normal, cone.axis), cone.cos_angle - 1e-4f) << node;
+    }
+  }
+}
+
+TEST(Emitters, ConesAreAsNarrowAsTheyCanBe) {
+  const FacingCone up{{0, 1, 0}, 1}, aside{{1, 0, 0}, 1};
+  const FacingCone both = FacingCone::around(up, aside);
+  EXPECT_NEAR(both.cos_angle, std::cos(std::numbers::pi / 4), 1e-6);
+  EXPECT_NEAR(dot(both.axis, up.axis), std::cos(std::numbers::pi / 4), 1e-6);
+  // What is inside already changes nothing; opposite directions leave none out.
+  EXPECT_EQ(FacingCone::around(both, up).cos_angle, both.cos_angle);
+  EXPECT_EQ(FacingCone::around(up, {{0, -1, 0}, 1}).cos_angle, -1);
+  Emitter two_sided;
+  two_sided.a = {0, 0, 0};
+  two_sided.b = {1, 0, 0};
+  two_sided.c = {0, 1, 0};
+  EXPECT_EQ(FacingCone::of(two_sided).axis, (Vec3f{0, 0, 1}));
+  EXPECT_EQ(FacingCone::of(two_sided).cos_angle, 1);
+  two_sided.double_sided = true;
+  EXPECT_EQ(FacingCone::of(two_sided).cos_angle, -1);
+}
+
+/// A square of 1 m that emits 100 nits times an 8-bit picture, nearest texels.
+struct Picture {
+  SceneKit kit;
+  double flux = 0;     // of all its emitters, red
+  double largest = 0;  // area of an emitter that is not black
+
+  Picture(int side, const std::vector<std::uint8_t>& grey) {
+    image::Image8 image;
+    image.width = image.height = side;
+    for (const std::uint8_t v : grey) image.rgba.insert(image.rgba.end(), {v, v, v, 255});
+    kit.scene().images.push_back(std::make_shared<image::Image8>(image));
+    scene::Material m;
+    m.emission = Rgb::grey(100);
+    m.emission_texture.image = 0;
+    m.emission_texture.filter = scene::Filter::kNearest;
+    kit.quad({Vec3f{0, 0, 0}, {1, 0, 0}, {1, 0, -1}, {0, 0, -1}}, kit.material(m));
+    kit.finish();
+    const LightSources sources(kit.scene(), kit.optics(), {});
+    for (const Emitter& e : sources.emitters()) {
+      flux += static_cast<double>(e.area * e.luminance.r);
+      largest = std::max(largest, static_cast<double>(e.area));
+    }
+  }
+};
+
+// The means of its quarters are the same.
+TEST(Emitters, AChequeredLampIsNotEven) {
+  std::vector<std::uint8_t> grey(64);
+  for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = (i + i / 8) % 2 == 0 ? 255 : 0;
+  const Picture picture(8, grey);
+  EXPECT_NEAR(picture.flux, 50, 0.2);
+  EXPECT_LE(picture.largest, 1.0 / 64);
+}
+
+TEST(Emitters, OneBrightTexelOfManyIsFound) {
+  std::vector<std::uint8_t> grey(64 * 64);
+  grey[64 * 20 + 41] = 255;
+  const Picture picture(64, grey);
+  EXPECT_NEAR(picture.flux, 100.0 / 4096, 0.02 * 100.0 / 4096);
+  EXPECT_LE(picture.largest, 1.0 / 256);
 }
 
 }  // namespace
