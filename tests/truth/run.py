@@ -25,7 +25,7 @@ import points
 
 SUITES = ("cases_lights", "cases_emitters", "cases_occluders", "cases_bounces")
 # Of each class one or two that are quickly baked.
-FAST = {"point/0.1m_off", "point/tiny", "range/1.5m", "spot/wide", "sun/grazing", "emitter/parallel_2m", "emitter/two_sided",
+FAST = {"point/0.001m_off", "point/tiny", "spot/0.001rad", "textured/mask", "range/1.5m", "spot/wide", "sun/grazing", "emitter/parallel_2m", "emitter/two_sided",
         "emitter/placed_mirrored", "emitter/instanced_quantised", "sky/wall_low", "sky/map_zenith", "shadow/strip",
         "sheet/glass_1", "furnace/l_shape_0.7", "equilibrium/court"}
 DARK = 1e-3
