@@ -132,7 +132,7 @@ Rgb PathTracer::from_triangle(const Vertex& at, const LightTree::Pick& pick, Vec
     if (!optics_->double_sided(triangle)) return {};
     normal = -normal;
   }
-  const Vec3f towards = straight + normal * lift_;
+  const Vec3f towards = straight + normal * optics::lift_near(optics::magnitude(point), lift_);
   const double d2 = static_cast<double>(dot(towards, towards));
   const double d = std::sqrt(d2);
   const double cos_here = static_cast<double>(dot(at.frame.normal, towards)) / d;
@@ -163,7 +163,7 @@ Rgb PathTracer::direct(const Vertex& at, bool punctual, Numbers& numbers,
         const Rgb e = lights_.punctual_irradiance(pick.light, at.frame.origin, at.frame.normal);
         if (!e.is_black()) {
           const Vec3f towards = lights_.position(pick.light) - at.frame.origin;
-          const float end = optics::shadow_end(towards, lift_);
+          const float end = optics::shadow_end(towards, lights_.position(pick.light), lift_);
           sum += e * visible(at, towards, end, rays::kNoTriangle, rays) *
                  static_cast<float>(1 / pick.probability);
         }

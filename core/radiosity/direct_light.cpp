@@ -159,7 +159,7 @@ DirectLight::DirectLight(const optics::Optics& optics, const rays::Caster& caste
 
 rays::Ray DirectLight::shadow_ray(const Receiver& at, const Vec3f& point) const {
   const Vec3f to = point - at.frame.origin;
-  return {at.frame.origin, to, 0.0f, optics::shadow_end(to, lift_)};
+  return {at.frame.origin, to, 0.0f, optics::shadow_end(to, point, lift_)};
 }
 
 Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
@@ -353,7 +353,9 @@ Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& li
   if (!shadows_) return {1, 1, 1};
   ++counts.punctual_shadow;
   rays::Ray ray{at.frame.origin, light.towards(at.frame.origin)};
-  if (!light.is_directional()) ray.t_max = optics::shadow_end(ray.direction, lift_);
+  if (!light.is_directional()) {
+    ray.t_max = optics::shadow_end(ray.direction, at.frame.origin + ray.direction, lift_);
+  }
   return through(ray, at.triangle, rays::kNoTriangle, counts);
 }
 

@@ -58,10 +58,10 @@ ElementLookup::Place ElementLookup::place(const ElementPoint& at, bool back) con
 bool ElementLookup::sees(const Place& from, const Place& to, bool back) const {
   // Under a board that lies closer to the surface than that, one looks below the board.
   if (from.covered != to.covered) return false;
-  const float height =
-      from.covered ? lift_ : lift_ + kSightHeight * static_cast<float>(elements_->edge());
+  const float height = from.covered ? 0 : kSightHeight * static_cast<float>(elements_->edge());
   const auto origin = [&](const ElementPoint& p) {
-    return optics::surface_frame(*scene_, p.triangle, p.u, p.v, back, height).origin;
+    const auto frame = optics::surface_frame(*scene_, p.triangle, p.u, p.v, back, lift_);
+    return frame.origin + frame.normal * height;
   };
   const Vec3f a = origin(from.at);
   return !caster_->occluded({a, origin(to.at) - a, 0.0f, 1.0f}, from.at.triangle, to.at.triangle);

@@ -7,6 +7,7 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
+#include "core/optics/surface_frame.h"
 
 namespace lightbatch::radiosity {
 namespace {
@@ -29,6 +30,22 @@ int direction_of(const Scene& scene, std::uint32_t triangle) {
   if (std::fabs(n.y) > std::fabs(n.x)) axis = 1;
   if (std::fabs(n.z) > std::fabs(n[static_cast<std::size_t>(axis)])) axis = 2;
   return 2 * axis + (n[static_cast<std::size_t>(axis)] < 0 ? 1 : 0);
+}
+
+/// In edges: how near a triangle's side is covered, along its normal.
+constexpr std::array<double, 2> kCovers{0.3, 1.5};
+
+/// How closely the side of a triangle is covered: 0 (open), 1 or 2 (closest).
+int cover_of(const Scene& scene, const rays::Caster* caster, std::uint32_t triangle, bool back,
+             double edge) {
+  if (caster == nullptr) return 0;
+  constexpr float kMiddle = 1.0f / 3;
+  const auto frame =
+      optics::surface_frame(scene, triangle, kMiddle, kMiddle, back, optics::lift_of(scene));
+  const rays::Hit hit = caster->closest(
+      {frame.origin, frame.normal, 0.0f, static_cast<float>(kCovers[1] * edge)}, triangle);
+  if (!hit.found()) return 0;
+  return static_cast<double>(hit.t) < kCovers[0] * edge ? 2 : 1;
 }
 
 /// Area of the part of the cell [0, 1]^2 below the line x / a + y / b = 1 with a, b > 0.
@@ -109,7 +126,7 @@ Elements::Elements(const Scene& scene, const Hierarchy& tree, const optics::Opti
     edge_ *= 1.25;
     plan = Plan(scene, edge_);
   }
-  add_groups(scene, tree, optics, plan);
+  add_groups(scene, tree, optics, options.caster, plan);
   first_cell_ = count();
   add_cells(scene, optics, plan);
   reflectance_.resize(area_.size());
@@ -118,14 +135,18 @@ Elements::Elements(const Scene& scene, const Hierarchy& tree, const optics::Opti
 }
 
 void Elements::add_groups(const Scene& scene, const Hierarchy& tree, const optics::Optics& optics,
-                          Plan& plan) {
+                          const rays::Caster* caster, Plan& plan) {
   group_start_.push_back(0);
   if (tree.is_empty()) return;
   const double reach = 1.5 * edge_;
   struct Entry {
     std::uint32_t triangle;
-    int bucket;  // direction, side
+    int bucket;  // cover, direction, side
     float area;
+  };
+  const auto bucket_of = [&](std::uint32_t triangle, int direction, bool back) {
+    const int cover = cover_of(scene, caster, triangle, back, edge_);
+    return 12 * cover + 2 * direction + (back ? 1 : 0);
   };
   std::vector<Entry> entries;
   std::vector<Hierarchy::NodeId> stack{0};
@@ -142,9 +163,9 @@ void Elements::add_groups(const Scene& scene, const Hierarchy& tree, const optic
       if (plan.is_large[triangle]) continue;
       const int direction = direction_of(scene, triangle);
       const auto area = static_cast<float>(triangle_area(scene, triangle));
-      entries.push_back({triangle, 2 * direction, area});
+      entries.push_back({triangle, bucket_of(triangle, direction, false), area});
       if (optics.has_two_sides(triangle)) {
-        entries.push_back({triangle, 2 * (direction ^ 1) + 1, area});
+        entries.push_back({triangle, bucket_of(triangle, direction ^ 1, true), area});
       }
     }
     std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {

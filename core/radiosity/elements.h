@@ -8,6 +8,7 @@
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/optics/optics.h"
+#include "core/rays/caster.h"
 #include "core/scene/scene.h"
 
 namespace lightbatch::radiosity {
@@ -22,6 +23,9 @@ struct ElementOptions {
   double edge = 0.2;
   /// At most about this many elements; the edge grows until they fit.
   std::uint64_t max_elements = 4'000'000;
+  /// Where given, groups do not hold together what lies open and what is covered close by: outer
+  /// and inner shells of a small closed solid, hidden and open sides in a stack.
+  const rays::Caster* caster = nullptr;
 };
 
 /// A point on one side of a triangle.
@@ -32,7 +36,8 @@ struct ElementPoint {
 
 /// The surfaces of a scene cut into pieces of constant radiosity. Two kinds:
 ///   cells: parallelograms (cut at the third edge) of a large triangle, found by barycentric index;
-///   groups: small triangles under one hierarchy node whose normals share one of six directions.
+///   groups: small triangles under one hierarchy node whose normals share one of six directions, as
+///   far covered.
 /// Each lies on one side of its triangles; two-sided materials have an element on either side.
 /// Immutable; thread-safe.
 class Elements {
@@ -102,7 +107,7 @@ class Elements {
   Cell cell_of(ElementId e) const;
   void add_cells(const scene::Scene& scene, const optics::Optics& optics, Plan& plan);
   void add_groups(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-                  const optics::Optics& optics, Plan& plan);
+                  const optics::Optics& optics, const rays::Caster* caster, Plan& plan);
   void average_optics(const optics::Optics& optics);
   optics::Optics::Scatterer mean_over(ElementId e, const optics::Optics& optics) const;
   void find_behind();

@@ -219,6 +219,23 @@ def sun_beside_candle():
     yield "... beside a candle of 1 cd in a closed box", "1 %", f"{100 * candle:.3f} %", candle <= 0.01
 
 
+def lamp_in_a_housing():
+    half, wall = 0.04, 0.0005
+    for ground in (10, 100_000):
+        scene = MadeScene()
+        grey, unlit = scene.material(0.5), scene.material(0.5, extensions={"KHR_materials_unlit": {}})
+        scene.mesh(box((-2, 0, -2), (2, 3, 2)), grey)
+        scene.mesh(box((-half, 1.5 - half, -half), (half, 1.5 + half, half)), grey)
+        scene.mesh(box((-half - wall, 1.5 - half - wall, -half - wall), (half + wall, 1.5 + half + wall, half + wall),
+                       inwards=False), grey)
+        scene.mesh(quad((-ground, -1, ground), (ground, -1, ground), (ground, -1, -ground), (-ground, -1, -ground)), unlit)
+        scene.light("point", 100, translation=[0, 1.5, 0])
+        run = Run(scene, "--target-error", "10%", "--texels-per-metre", 20)
+        leak = max(run.at((x, 0, z), UP) for x in (-1.5, 0, 1.1) for z in (-1.2, 0, 1.7))
+        yield (f"room around a lamp of 100 cd in a closed housing of 8 cm, ground of {2 * ground} m", "0 lux",
+               f"{leak:.2g} lux", leak == 0)
+
+
 def under_lamps(side):
     scene = MadeScene()
     scene.mesh(quad((0, 0, 0), (0, 0, 4), (4, 0, 4), (4, 0, 0)), scene.material(0.0))
@@ -307,7 +324,7 @@ def closed_forms():
 
 
 CASES = [degenerate_triangles, vertex_not_finite, hostile_hierarchies, transformed, zero_scale, closed_forms,
-         wall_without_thickness, coincident_faces, sun_beside_candle, ten_thousand_lamps, grazing_light, energy, threads]
+         wall_without_thickness, coincident_faces, sun_beside_candle, lamp_in_a_housing, ten_thousand_lamps, grazing_light, energy, threads]
 
 
 def main():

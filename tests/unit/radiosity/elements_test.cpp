@@ -57,6 +57,30 @@ TEST(Elements, AreasSumToTheSurfaceOnBothSides) {
   }
 }
 
+// A closed box of 8 cm in another: of either the sides that face one way would be one element.
+TEST(Elements, ShellsOfASolidAreApart) {
+  accuracy::SceneKit kit;
+  const auto grey = kit.material({0.5f, 0.5f, 0.5f});
+  kit.box({0, 0, 0}, {0.08f, 0.08f, 0.08f}, grey);
+  const std::uint32_t outer =
+      kit.box({-0.001f, -0.001f, -0.001f}, {0.081f, 0.081f, 0.081f}, grey, false);
+  kit.finish();
+  const auto cut = [&](const rays::Caster* caster) {
+    return Elements(kit.scene(), kit.tree(), kit.optics(), ElementOptions{0.3, 1000, caster});
+  };
+  const auto shares = [&](const Elements& elements) {
+    int shared = 0;
+    for (std::uint32_t inside = 0; inside < outer; ++inside) {
+      for (std::uint32_t outside = outer; outside < 2 * outer; ++outside) {
+        shared += elements.at(inside, 0.3f, 0.3f, false) == elements.at(outside, 0.3f, 0.3f, false);
+      }
+    }
+    return shared;
+  };
+  EXPECT_GT(shares(cut(nullptr)), 0);
+  EXPECT_EQ(shares(cut(&kit.caster())), 0);
+}
+
 TEST(Elements, PointsBelongToTheirElement) {
   const scene::Scene scene = room();
   const Cut cut(scene, 0.17);
