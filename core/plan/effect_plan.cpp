@@ -4,9 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "core/base/random.h"
-#include "core/math/sampling.h"
-#include "core/optics/surface_frame.h"
+#include "core/plan/sky_probes.h"
 
 namespace lightbatch::plan {
 namespace {
@@ -31,9 +29,6 @@ constexpr std::array<std::string_view, kEffectCount> kNames{"point_lights",
                                                             "diffuse_transmission",
                                                             "directional_lightmaps",
                                                             "probes"};
-
-/// Probe rays that look for a way out to the sky.
-constexpr int kSkyProbes = 4096;
 
 std::string material_name(const Scene& scene, std::uint32_t material) {
   const Material& m = scene.materials[material];
@@ -114,48 +109,8 @@ void decide_lights(EffectPlan& plan, const Scene& scene) {
   }
 }
 
-bool escapes(const rays::Caster& caster, const optics::Optics& optics, const rays::Ray& ray,
-             std::uint32_t from) {
-  optics::ShadowFilter filter(optics);
-  return !caster.occluded(ray, from, rays::kNoTriangle, &filter);
-}
-
-int escaping_from_surfaces(const Scene& scene, const rays::Caster& caster,
-                           const optics::Optics& optics) {
-  if (scene.triangles.empty()) return 0;
-  const float lift = optics::lift_of(scene);
-  Random random(0x517);
-  int escaped = 0;
-  for (int k = 0; k < kSkyProbes; ++k) {
-    const auto triangle = static_cast<std::uint32_t>(random.below(scene.triangles.size()));
-    const Vec2f p = uniform_triangle({random.next_float(), random.next_float()});
-    const auto frame = optics::surface_frame(scene, triangle, p.x, p.y, false, lift);
-    const Vec3f direction =
-        Frame::about(frame.normal)
-            .to_world(cosine_hemisphere({random.next_float(), random.next_float()}));
-    if (escapes(caster, optics, {frame.origin, direction}, triangle)) ++escaped;
-  }
-  return escaped;
-}
-
-int escaping_from_moving(const Scene& scene, const rays::Caster& caster,
-                         const optics::Optics& optics) {
-  Random random(0x518);
-  int escaped = 0;
-  for (int k = 0; k < kSkyProbes && !scene.moving.empty(); ++k) {
-    const Aabbd& box = scene.moving[random.below(scene.moving.size())].swept;
-    const Vec3d within = box.extent();
-    const Vec3d at = box.lower - scene.origin +
-                     Vec3d{within.x * random.next_double(), within.y * random.next_double(),
-                           within.z * random.next_double()};
-    const Vec3f direction = uniform_sphere({random.next_float(), random.next_float()});
-    if (escapes(caster, optics, {to_float(at), direction}, rays::kNoTriangle)) ++escaped;
-  }
-  return escaped;
-}
-
 void decide_sky(EffectPlan& plan, const Scene& scene, const optics::Optics& optics,
-                const rays::Caster& caster, const optics::Environment& sky) {
+                const rays::Caster& caster, const optics::Environment& sky, bool forced) {
   Decision& d = plan[Effect::kSky];
   if (sky.is_black()) {
     d.reason = "the request brings none";
@@ -165,12 +120,16 @@ void decide_sky(EffectPlan& plan, const Scene& scene, const optics::Optics& opti
     d.reason = "there is no surface";
     return;
   }
-  const int escaped = escaping_from_surfaces(scene, caster, optics);
-  const int moving = escaping_from_moving(scene, caster, optics);
-  d.called_for = escaped + moving > 0;
-  d.reason =
-      std::to_string(escaped) + " of " + std::to_string(kSkyProbes) + " probe rays leave the scene";
-  if (!scene.moving.empty()) d.reason += ", " + std::to_string(moving) + " from where meshes move";
+  const SkyProbes surfaces = probe_surfaces(scene, optics, caster);
+  const SkyProbes moving = probe_moving(scene, optics, caster);
+  // The caller may know of a way out that no probe found.
+  d.called_for = surfaces.escaped + moving.escaped > 0 || forced;
+  d.reason = std::to_string(surfaces.escaped) + " of " + std::to_string(surfaces.cast) +
+             " probe rays leave the scene";
+  if (!scene.moving.empty()) {
+    d.reason += ", " + std::to_string(moving.escaped) + " of " + std::to_string(moving.cast) +
+                " from where meshes move";
+  }
 }
 
 void decide_interreflection(EffectPlan& plan, const Scene& scene, bool any_light,
@@ -256,7 +215,8 @@ Result<EffectPlan> make_plan(const Scene& scene, const optics::Optics& optics,
   decide(plan[Effect::kEmitters], scene,
          materials_where(scene, [&](std::uint32_t i) { return optics.emits(i); }), "materials emit",
          "no material emits");
-  decide_sky(plan, scene, optics, caster, sky);
+  const bool forced_sky = std::find(overrides.begin(), overrides.end(), "+sky") != overrides.end();
+  decide_sky(plan, scene, optics, caster, sky, forced_sky);
   const bool any_light = plan[Effect::kPointLights].called_for ||
                          plan[Effect::kSpotLights].called_for ||
                          plan[Effect::kDirectionalLights].called_for ||

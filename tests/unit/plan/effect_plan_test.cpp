@@ -90,6 +90,52 @@ TEST(EffectPlan, TheSkyOutsideAClosedRoomIsForThoseWhoMoveThere) {
   EXPECT_TRUE(plan_of(outside, kSky).on(Effect::kSky));
 }
 
+// Probes by area alone would miss the balcony, by triangle the ground.
+TEST(EffectPlan, TheSkyIsSeenByLargePartsAndBySmallOnesBesideDenseAndVastInteriors) {
+  const auto dense = [](SceneKit& kit, float size) {
+    const std::uint32_t grey = kit.material(Rgb::grey(0.5f));
+    constexpr int kCells = 150;
+    const float step = size / kCells;
+    kit.box({0, 0, 0}, {size, size, size}, grey);
+    for (int i = 0; i < kCells * kCells; ++i) {
+      const float x = step * static_cast<float>(i % kCells),
+                  z = step * static_cast<float>(i / kCells);
+      kit.quad(
+          {Vec3f{x, 0.5f, z}, {x, 0.5f, z + step}, {x + step, 0.5f, z + step}, {x + step, 0.5f, z}},
+          grey);
+    }
+  };
+  SceneKit ground, balcony;
+  dense(ground, 1);
+  ground.quad({Vec3f{-20, -1, 20}, {20, -1, 20}, {20, -1, -20}, {-20, -1, -20}},
+              ground.material(Rgb::grey(0.5f)));
+  EXPECT_TRUE(plan_of(ground, kSky).on(Effect::kSky));
+  dense(balcony, 1000);
+  balcony.quad({Vec3f{-2, 2, 2}, {-1, 2, 2}, {-1, 2, 1}, {-2, 2, 1}},
+               balcony.material(Rgb::grey(0.5f)));
+  EXPECT_TRUE(plan_of(balcony, kSky).on(Effect::kSky));
+}
+
+TEST(EffectPlan, TheSkyIsSeenByBacksOfTwoSidedSurfaces) {
+  const auto wrapped = [](bool two_sided) {
+    SceneKit kit;
+    kit.box({0, 0, 0}, {4, 3, 4}, kit.material(Rgb::grey(0.5f), {}, two_sided));
+    return plan_of(kit, kSky).on(Effect::kSky);
+  };
+  EXPECT_TRUE(wrapped(true));
+  EXPECT_FALSE(wrapped(false));
+}
+
+TEST(EffectPlan, ACallerMaySwitchOnAnySkyThereIs) {
+  SceneKit kit;
+  kit.box({0, 0, 0}, {4, 3, 4}, kit.material(Rgb::grey(0.5f)));
+  const EffectPlan plan = plan_of(kit, kSky, {"+sky"});
+  EXPECT_TRUE(plan.on(Effect::kSky));
+  EXPECT_TRUE(plan.on(Effect::kInterreflection));
+  auto none = make_plan(kit.scene(), kit.optics(), kit.caster(), {}, 0.02, {"+sky"});
+  EXPECT_EQ(none.status().reason(), "BAD_OPTION");
+}
+
 TEST(EffectPlan, ALampThatReachesOnlyWhatMovesIsOn) {
   SceneKit still, moving;
   for (SceneKit* kit : {&still, &moving}) {
