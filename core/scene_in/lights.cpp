@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/gltf/fields.h"
+#include "core/scene_in/place.h"
 
 namespace lightbatch::scene_in {
 namespace {
@@ -43,8 +44,8 @@ bool set_light(const tinygltf::Light& source, scene::Light& light) {
 
 }  // namespace
 
-void read_lights(const gltf::Document& document, const tinygltf::Model& model, const NodeTree& tree,
-                 scene::Scene& scene) {
+Status read_lights(const gltf::Document& document, const tinygltf::Model& model,
+                   const NodeTree& tree, scene::Scene& scene) {
   for (const PlacedNode& placed : tree.placed) {
     const gltf::Json& node = document.json["nodes"][placed.node];
     const gltf::Json* found = gltf::extension_of(node, "KHR_lights_punctual");
@@ -75,11 +76,18 @@ void read_lights(const gltf::Document& document, const tinygltf::Model& model, c
       scene.warnings.push_back(place + ": a value was out of its range and is clamped");
     }
     const Affine& world = tree.world[placed.node];
-    light.position = world.t - scene.origin;
+    if (light.kind != scene::LightKind::kDirectional) {
+      light.position = world.t - scene.origin;
+      if (!(length(light.position) <= kLargestScene)) {
+        return malformed(document.name + "#/nodes/" + std::to_string(placed.node),
+                         "the light is farther than 1e15 metres from the scene");
+      }
+    }
     light.direction = normalized(world.vector({0, 0, -1}));
     if (length(light.direction) == 0) light.direction = {0, 0, -1};
     scene.lights.push_back(light);
   }
+  return {};
 }
 
 }  // namespace lightbatch::scene_in

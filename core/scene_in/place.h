@@ -16,16 +16,12 @@ struct Placement {
   std::size_t primitive = 0;
 };
 
-/// Chooses the origin near the middle of everything, on a coarse grid of powers of two, so that
-/// coordinates with few digits keep them. INPUT_MALFORMED when the scene is too large for floats.
-Result<Vec3d> choose_origin(const std::vector<Placement>& placements,
-                            const std::vector<Primitive>& primitives, const std::string& file);
-
-/// Transforms every placement into scene's arrays (positions relative to scene.origin), drops
-/// triangles without area and objects left with none. Parallel; the order of the result is that of
-/// placements.
-void place_objects(const std::vector<Placement>& placements,
-                   const std::vector<Primitive>& primitives, bool uv0, bool uv1,
-                   scene::Scene& scene);
+/// Drops triangles without area and objects left with none, and transforms the rest into scene's
+/// arrays, relative to scene.origin: near the middle of them, on a coarse grid of powers of two, so
+/// that coordinates with few digits keep them. Parallel; the order of the result is that of
+/// placements. INPUT_MALFORMED when the scene is too large for floats.
+Status place_objects(const std::vector<Placement>& placements,
+                     const std::vector<Primitive>& primitives, bool uv0, bool uv1,
+                     const std::string& file, scene::Scene& scene);
 
 }  // namespace lightbatch::scene_in

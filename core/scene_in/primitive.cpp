@@ -133,7 +133,6 @@ Result<Primitive> read_primitive(const gltf::Document& document, const Json& pri
   for (std::size_t i = 0; i < used.size(); ++i) {
     const float* v = values.data.data() + 3 * i;
     result.positions[i] = {v[0], v[1], v[2]};
-    result.box.add(result.positions[i]);
   }
   LB_ASSIGN_OR_RETURN(result.colors, read_colors(document, attributes, used));
   if (needs.uv0) {

@@ -8,7 +8,6 @@
 
 #include "core/base/status.h"
 #include "core/gltf/document.h"
-#include "core/math/aabb.h"
 #include "core/math/vec.h"
 #include "core/scene/scene.h"
 
@@ -22,7 +21,6 @@ struct Primitive {
   std::vector<Vec2f> uv1;
   std::vector<scene::VertexColor> colors;  // empty when the primitive has none
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  Aabb box;
 };
 
 /// "" when the primitive can be lit; otherwise why not: "LINES", "POINTS", "no positions".

@@ -39,10 +39,9 @@ class SceneReader {
     LB_RETURN_IF_ERROR(sweep_moving());
     read_materials(model);
     LB_RETURN_IF_ERROR(read_primitives());
-    LB_ASSIGN_OR_RETURN(scene_.origin, choose_origin(placements_, primitives_, document_.name));
     const auto [uv0, uv1] = uv_needed();
-    place_objects(placements_, primitives_, uv0, uv1, scene_);
-    read_lights(document_, model, tree_, scene_);
+    LB_RETURN_IF_ERROR(place_objects(placements_, primitives_, uv0, uv1, document_.name, scene_));
+    LB_RETURN_IF_ERROR(read_lights(document_, model, tree_, scene_));
     return std::move(scene_);
   }
 

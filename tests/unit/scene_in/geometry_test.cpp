@@ -123,6 +123,51 @@ TEST(Geometry, TrianglesWithoutAreaAreCounted) {
   EXPECT_EQ(scene.triangles[0].source, 0u);
 }
 
+// A point, and a line, far away: neither moves the origin nor stretches the box.
+TEST(Geometry, TrianglesWithoutAreaDoNotSpoilTheRest) {
+  SceneBuilder builder;
+  builder.square();
+  builder.mesh({0, 0, 0, 1, 2, 3, 2, 4, 6}, {0, 0, 0, 0, 1, 2});
+  builder.json["nodes"] = {{{"mesh", 0}, {"translation", {1e6, 0, 4e6}}},
+                           {{"mesh", 1}},
+                           {{"mesh", 1}, {"translation", {0, -1e200, 0}}}};
+  builder.json["scenes"][0]["nodes"] = {0, 1, 2};
+  const scene::Scene scene = read(builder);
+  EXPECT_EQ(scene.counts.zero_area_triangles, 4u);
+  ASSERT_EQ(scene.triangles.size(), 2u);
+  EXPECT_EQ(scene.objects.size(), 1u);
+  EXPECT_EQ(scene.positions.size(), 4u);
+  EXPECT_LT(scene.box.diagonal(), 1.5f);
+  EXPECT_EQ(world_corner(scene, 0, 2), (Vec3d{1e6 + 1, 1, 4e6}));
+}
+
+// Some of a primitive's vertices go; what belongs to the others stays with them.
+TEST(Geometry, VertexColoursStayWithTheirVertices) {
+  SceneBuilder builder;
+  builder.mesh({9, 9, 9, 0, 0, 0, 7, 7, 7, 1, 0, 0, 0, 1, 0}, {0, 0, 2, 1, 3, 4});
+  builder.primitive()["attributes"]["COLOR_0"] = builder.accessor(
+      std::vector<float>{0, 0, 0, 0.25f, 0, 0, 0, 0, 0, 0.5f, 0, 0, 0.75f, 0, 0}, "VEC3", 3);
+  const scene::Scene scene = read(builder);
+  ASSERT_EQ(scene.triangles.size(), 1u);
+  ASSERT_EQ(scene.colors.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t v = scene.triangles[0].vertex[k];
+    EXPECT_EQ(scene.colors[v].rgb.r, 0.25f + 0.25f * static_cast<float>(k));
+  }
+  EXPECT_EQ(world_corner(scene, 0, 1), (Vec3d{1, 0, 0}));
+}
+
+TEST(Geometry, TooLargeToTellIsRefused) {
+  for (const double size : {1e16, 1e170, 1e308}) {
+    SceneBuilder builder;
+    builder.square();
+    builder.json["nodes"][0]["scale"] = {size, size, size};
+    const auto document = builder.read();
+    ASSERT_TRUE(document.ok());
+    EXPECT_EQ(read_scene(*document, {}).status().reason(), "INPUT_MALFORMED") << size;
+  }
+}
+
 TEST(Geometry, ObjectsWithNothingLeftAreGone) {
   SceneBuilder builder;
   builder.mesh({0, 0, 0, 1, 0, 0, 2, 0, 0}, {});

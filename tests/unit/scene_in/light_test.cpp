@@ -75,6 +75,20 @@ TEST(Light, BadValuesAreMadeHarmless) {
   EXPECT_EQ(scene.warnings.size(), 1u);
 }
 
+TEST(Light, FartherThanAnyMeshMayBeIsRefused) {
+  for (const double x : {1e16, 1e39, 1e200}) {
+    const auto document = lit({{"type", "point"}}, {{"translation", {1, x, 1}}}).read();
+    ASSERT_TRUE(document.ok());
+    const Status status = read_scene(*document, {}).status();
+    EXPECT_EQ(status.reason(), "INPUT_MALFORMED") << x;
+    EXPECT_NE(status.to_string().find("#/nodes/1"), std::string::npos) << status.to_string();
+  }
+  // Where a directional light hangs does not matter.
+  const scene::Scene sun = read(lit({{"type", "directional"}}, {{"translation", {1, 1e39, 1}}}));
+  ASSERT_EQ(sun.lights.size(), 1u);
+  EXPECT_EQ(sun.lights[0].position, (Vec3d{}));
+}
+
 TEST(Light, UnknownTypesAreLeftOut) {
   const scene::Scene scene = read(lit({{"type", "spherical"}}));
   EXPECT_TRUE(scene.lights.empty());
