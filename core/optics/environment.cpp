@@ -12,7 +12,7 @@ constexpr int kMaxColumns = 1024;
 
 float tame(float value, float scale) {
   const float v = value * scale;
-  return std::isfinite(v) && v > 0 ? v : 0;
+  return std::isfinite(v) && v > 0 ? std::min(v, static_cast<float>(kMostRadiance)) : 0;
 }
 
 /// Height y on the unit sphere of the upper border of row `row` of `rows`.

@@ -9,11 +9,14 @@
 
 namespace lightbatch::optics {
 
+constexpr double kMostRadiance = 1e30;  // nits; keeps every product of light finite
+
 /// What lies beyond the scene: black, one luminance everywhere, or an equirectangular map; nits.
 ///
 /// Map: +Y up, row 0 at the zenith, u = atan2(z, x) / (2 pi) + 1/2 (the middle of the picture is
 /// +X; as three.js, and as Blender after its change of axes), constant over each pixel. Values that
-/// are negative or not finite count as 0. Immutable; thread-safe.
+/// are negative or not finite count as 0, those beyond kMostRadiance as that. Immutable;
+/// thread-safe.
 class Environment {
  public:
   Environment() = default;

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "core/base/parallel.h"
+#include "core/optics/environment.h"
 #include "core/pipeline/jobs.h"
 
 namespace lightbatch::pipeline {
@@ -25,20 +26,21 @@ Status validate(const JobOptions& o) {
   if (o.target_error > 0 && o.time_budget > 0) {
     return bad_option("name a target error or a time budget, not both");
   }
-  if (!finite(o.texels_per_metre) || o.texels_per_metre < 0) {
-    return bad_option("texels per metre: a positive number");
+  if (o.texels_per_metre != 0 && !(o.texels_per_metre >= 1e-6 && o.texels_per_metre <= 1e6)) {
+    return bad_option("texels per metre: 1e-6 to 1e6");
   }
   if (o.lightmap_size < 64 || o.lightmap_size > 8192) {
     return bad_option("lightmap size: 64 to 8192 texels");
   }
-  if (!finite(o.sky_nits) || o.sky_nits < 0)
-    return bad_option("sky: a luminance in nits, at least 0");
+  if (!(o.sky_nits >= 0 && o.sky_nits <= optics::kMostRadiance)) {
+    return bad_option("sky: a luminance in nits, from 0 to 1e30");
+  }
   if (o.sky_nits > 0 && !o.sky_file.empty()) {
     return bad_option("sky: a luminance or a file, not both");
   }
   if (o.max_batches < 0) return bad_option("max batches: at least 0");
   if (o.max_vertices != 0 && o.max_vertices < 3) return bad_option("max vertices: at least 3");
-  if (!finite(o.max_growth) || o.max_growth < 1) return bad_option("max growth: at least 1");
+  if (!(o.max_growth >= 1 && o.max_growth <= 1e6)) return bad_option("max growth: 1 to 1e6");
   if (!(o.draws_share > 0 && o.draws_share <= 1)) {
     return bad_option("share of draws: above 0 and at most 1");
   }
