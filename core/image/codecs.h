@@ -41,7 +41,7 @@ Bytes encode_png(const Image8& image, bool alpha);
 
 /// OpenEXR, R, G, B and A (coverage in [0, 1]; one value a pixel, or empty for 1), ZIP compression,
 /// row 0 on top: half float, or float where a value is beyond half float's 65504 (full sunlight is
-/// 100,000 lux). Deterministic bytes.
+/// 100,000 lux) or too many are below 3e-5, where its steps are coarse. Deterministic bytes.
 Result<Bytes> encode_exr(const ImageRgb& image, std::span<const float> alpha);
 
 /// One layer of an OpenEXR image: channels NAME.R, NAME.G, NAME.B. Names without dots.

@@ -18,6 +18,8 @@ namespace lightbatch::image {
 namespace {
 
 constexpr float kLargestHalf = 65504.0f;
+/// Here half a step, 2^-25, is 0.1 %.
+constexpr float kDimmestHalf = 3e-5f;
 
 /// A slice that reads component `channel` of image (whose first pixel is at the data window's
 /// corner) as float. OpenEXR wants the address of pixel (0, 0), which may lie outside.
@@ -111,10 +113,19 @@ Bytes encode_exr_as(const ImageRgb& image, std::span<const float> alpha, Imf::Pi
   return std::move(stream.bytes);
 }
 
-bool fits_half(const ImageRgb& image) {
-  return std::none_of(image.pixels.begin(), image.pixels.end(), [](const Rgb& p) {
-    return std::max({std::fabs(p.r), std::fabs(p.g), std::fabs(p.b)}) > kLargestHalf;
-  });
+/// Whether half floats hold the light to 0.1 %: nothing is beyond them, and at most one covered
+/// pixel in a thousand that is not black is so dim that their steps are larger.
+bool fits_half(const ImageRgb& image, std::span<const float> alpha) {
+  std::size_t lit = 0, dim = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const Rgb& p = image.pixels[i];
+    const float value = std::max({std::fabs(p.r), std::fabs(p.g), std::fabs(p.b)});
+    if (value > kLargestHalf) return false;
+    if (value <= 0 || (!alpha.empty() && alpha[i] <= 0)) continue;
+    ++lit;
+    if (value < kDimmestHalf) ++dim;
+  }
+  return 1000 * dim <= lit;
 }
 
 }  // namespace
@@ -125,8 +136,8 @@ Result<Bytes> encode_exr(const ImageRgb& image, std::span<const float> alpha) {
     return bad_option("coverage needs one value a pixel");
   }
   try {
-    return fits_half(image) ? encode_exr_as<half>(image, alpha, Imf::HALF)
-                            : encode_exr_as<float>(image, alpha, Imf::FLOAT);
+    return fits_half(image, alpha) ? encode_exr_as<half>(image, alpha, Imf::HALF)
+                                   : encode_exr_as<float>(image, alpha, Imf::FLOAT);
   } catch (const std::exception& error) {
     return Status(StatusCode::kInternal, "IMAGE_ENCODE_FAILED",
                   std::string("EXR image cannot be written: ") + error.what());

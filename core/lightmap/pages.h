@@ -32,7 +32,7 @@ struct EncodedPage {
 };
 Result<EncodedPage> encode_page(const PageImage& page, double cut = 1e-3);
 
-/// lightmap_K.exr: half float (float beyond 65504 lux), alpha = coverage.
+/// lightmap_K.exr: half float (float beyond 65504 lux and in the dark), alpha = coverage.
 Result<Bytes> encode_exr(const PageImage& page);
 
 /// For people: 8-bit sRGB picture with one exposure (99th percentile of luminance maps to white).

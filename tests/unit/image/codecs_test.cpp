@@ -298,6 +298,45 @@ TEST(Exr, FloatWhereHalfDoesNotReach) {
   EXPECT_EQ(decoded->pixels, image.pixels);
 }
 
+TEST(Exr, DimLightKeepsItsDigits) {
+  ImageRgb image(40, 40);
+  std::vector<float> alpha(image.pixels.size(), 1.0f);
+  const auto worst_of = [&] {
+    const auto back = decode_image_rgb(*encode_exr(image, alpha), "dim.exr");
+    double worst = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      const double is = static_cast<double>(image.pixels[i].r);
+      if (is > 0)
+        worst = std::max(worst, std::fabs(static_cast<double>(back->pixels[i].r) / is - 1));
+    }
+    return worst;
+  };
+  for (const float scale : {1e-3f, 3e-5f, 1e-6f, 1e-9f, 1e-20f}) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      image.pixels[i] = Rgb::grey(scale * (1 + static_cast<float>(i) / 1600));
+    }
+    EXPECT_LT(worst_of(), 1e-3) << scale;
+  }
+  // A dark room on the page of a bright one.
+  for (std::size_t i = 10; i < image.pixels.size(); ++i) image.pixels[i] = Rgb::grey(100);
+  EXPECT_LT(worst_of(), 1e-3);
+  // A few dim texels, or what is covered by none, do not double the file.
+  const auto random_page = [&](std::size_t dim) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      const auto bits = static_cast<float>((i * 2654435761u) % 1048573u) / 1048573.0f;
+      image.pixels[i] = Rgb::grey(i < dim ? 1e-6f : 1 + bits);
+    }
+  };
+  random_page(1);
+  const std::size_t half_size = encode_exr(image, alpha)->size();
+  random_page(100);
+  const std::size_t float_size = encode_exr(image, alpha)->size();
+  EXPECT_GT(static_cast<double>(float_size), 1.2 * static_cast<double>(half_size));
+  for (std::size_t i = 0; i < 100; ++i) alpha[i] = 0;
+  EXPECT_LT(static_cast<double>(encode_exr(image, alpha)->size()),
+            1.1 * static_cast<double>(half_size));
+}
+
 TEST(Exr, LayersRoundTripExactly) {
   std::vector<ExrLayer> layers{{"light_0", ImageRgb(3, 2)}, {"sky", ImageRgb(3, 2)}};
   for (std::size_t i = 0; i < 6; ++i) {
