@@ -17,6 +17,8 @@ namespace {
 
 constexpr int kJsonDepth = 64;
 constexpr std::uint64_t kJsonMemory = std::uint64_t{1} << 28;
+/// By which a group may grow; keeps its factor a finite float.
+constexpr double kMostFactor = 1e30;
 
 Result<Bytes> read(const JobInput& input, const std::string& name) {
   const auto file = input.files.find(name);
@@ -73,6 +75,9 @@ Result<Bake> read_bake(const JobInput& input) {
   }
   bake.pages = r[pages].size();
   LB_ASSIGN_OR_RETURN(bake.from, read_entries(r["light_groups"], "light_groups"));
+  if (bake.from.empty()) {
+    return unsupported("report.json#/light_groups", "the bake has no light that could change");
+  }
   bake.now = bake.from;
   if (r.contains("relit")) {
     LB_ASSIGN_OR_RETURN(bake.now, read_entries(r["relit"], "relit"));
@@ -93,7 +98,12 @@ Result<std::vector<Rgb>> factors_of(const Bake& bake) {
       return was > 0 ? is / was : 0.0;
     };
     const Rgbd was = bake.from[g].light(), is = bake.now[g].light();
-    factors.push_back(to_float(Rgbd{ratio(is.r, was.r), ratio(is.g, was.g), ratio(is.b, was.b)}));
+    const Rgbd factor{ratio(is.r, was.r), ratio(is.g, was.g), ratio(is.b, was.b)};
+    if (!(factor.max() <= kMostFactor)) {
+      return bad_option(bake.now[g].kind + " " + bake.now[g].name +
+                        ": more than 1e30 times as strong as when it was baked");
+    }
+    factors.push_back(to_float(factor));
     if (from_dark) {
       return bad_option(
           bake.now[g].kind + " " + bake.now[g].name +
@@ -101,6 +111,27 @@ Result<std::vector<Rgb>> factors_of(const Bake& bake) {
     }
   }
   return factors;
+}
+
+/// Sum over the light groups of page k.
+Status add_layers(const JobInput& input, const Bake& bake, const std::vector<Rgb>& factors,
+                  std::size_t k, image::ImageRgb& sum) {
+  const std::string name = light_groups_file(k);
+  LB_ASSIGN_OR_RETURN(const Bytes bytes, read(input, name));
+  LB_ASSIGN_OR_RETURN(const auto layers, image::decode_exr_layers(bytes, name));
+  std::fill(sum.pixels.begin(), sum.pixels.end(), Rgb{});
+  for (std::size_t g = 0; g < factors.size(); ++g) {
+    const auto layer = std::find_if(layers.begin(), layers.end(),
+                                    [&](const auto& l) { return l.name == bake.from[g].layer; });
+    if (layer == layers.end() || layer->image.width != sum.width ||
+        layer->image.height != sum.height) {
+      return malformed(name, "has no layer " + bake.from[g].layer + " of the page's size");
+    }
+    for (std::size_t i = 0; i < sum.pixels.size(); ++i) {
+      sum.pixels[i] += layer->image.pixels[i] * factors[g];
+    }
+  }
+  return {};
 }
 
 Result<lightmap::PageImage> relit_page(const JobInput& input, const Bake& bake,
@@ -114,21 +145,11 @@ Result<lightmap::PageImage> relit_page(const JobInput& input, const Bake& bake,
   if (page.coverage.size() != pixels.size()) return malformed(name, "its channels differ in size");
   if (!bake.has_layers()) {
     for (Rgb& pixel : pixels) pixel = pixel * factors[0];
-    return page;
+  } else {
+    LB_RETURN_IF_ERROR(add_layers(input, bake, factors, k, page.irradiance));
   }
-  const std::string layers_name = light_groups_file(k);
-  LB_ASSIGN_OR_RETURN(const Bytes layer_bytes, read(input, layers_name));
-  LB_ASSIGN_OR_RETURN(const auto layers, image::decode_exr_layers(layer_bytes, layers_name));
-  std::fill(pixels.begin(), pixels.end(), Rgb{});
-  for (std::size_t g = 0; g < factors.size(); ++g) {
-    const auto layer = std::find_if(layers.begin(), layers.end(),
-                                    [&](const auto& l) { return l.name == bake.from[g].layer; });
-    if (layer == layers.end() || layer->image.pixels.size() != pixels.size()) {
-      return malformed(layers_name, "has no layer " + bake.from[g].layer + " of the page's size");
-    }
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      pixels[i] += layer->image.pixels[i] * factors[g];
-    }
+  if (!std::all_of(pixels.begin(), pixels.end(), [](const Rgb& p) { return is_finite(p); })) {
+    return bad_option(name + ": the new light is stronger than a page can hold");
   }
   return page;
 }

@@ -6,6 +6,7 @@
 import argparse
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -134,6 +135,51 @@ class Relight(unittest.TestCase):
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(part, done.stderr)
             self.assertFalse((self.folder / "none").exists())
+
+    def test_refuses_broken_bakes(self):
+        """Whatever the folder of a bake holds: an answer, no crash, no file."""
+        broken, words = self.folder / "broken", self.folder / "words.json"
+        words.write_text(json.dumps({"lights": {"0": {"intensity": 600}}}))
+        shutil.copytree(self.folder / "old", broken)
+        report = json.loads((broken / "report.json").read_text())
+        group = report["light_groups"][0]
+        page_file, layer_file = (broken / "lightmap_0.exr"), (broken / "light_groups_0.exr")
+        whole = page_file.read_bytes(), layer_file.read_bytes()
+
+        def refused(place, **changes):
+            (broken / "report.json").write_text(json.dumps({**report, **changes}))
+            done = lightbatch("relight", broken, "--lights", words, "-o", self.folder / "none")
+            self.assertIn(done.returncode, (2, 3), f"{changes.keys()}: {done.returncode} {done.stderr}")
+            self.assertIn(place, done.stderr)
+            self.assertFalse((self.folder / "none").exists())
+
+        for groups in ([], None, 5, {}, "light"):
+            refused("light_groups", light_groups=groups)
+        for bad in ({"index": -1}, {"color": [1, 1]}, {"color": [1e300, 1, 1]}, {"intensity": None}, {"layer": 3}):
+            refused("light_groups/0", light_groups=[{**group, **bad}] + report["light_groups"][1:])
+        for bad in ({"layer": "none"}, {"layer": ""}):
+            refused("layer", light_groups=[{**group, **bad}] + report["light_groups"][1:])
+        refused("times as strong", light_groups=[{**group, "intensity": 1e-30}] + report["light_groups"][1:],
+                relit=[{**group, "intensity": 1e30}] + report["light_groups"][1:])
+        refused("relit", relit=[group])
+        refused("report.json", lightmaps={"pages": 5})
+        refused("lightmap_1.exr", lightmaps={"pages": [{}] * 1000})
+        for path, bytes_of, other in ((page_file, whole[0], whole[1]), (layer_file, whole[1], whole[0])):
+            for content in (b"", bytes_of[:100], bytes_of[:-100], other):
+                path.write_bytes(content)
+                refused(".exr")
+            path.write_bytes(bytes_of)
+
+    def test_a_report_of_other_shapes_does_no_harm(self):
+        odd, words = self.folder / "odd", self.folder / "nothing_new.json"
+        words.write_text("{}")
+        shutil.copytree(self.folder / "old", odd)
+        report = json.loads((odd / "report.json").read_text())
+        for value in (5, "x", None, [], {}, [5], {"a": {"b": [None]}}):
+            kept = {k: v if k in ("light_groups", "lightmaps") else value for k, v in report.items()}
+            (odd / "report.json").write_text(json.dumps(kept))
+            done = lightbatch("relight", odd, "--lights", words, "-o", self.folder / "odd_out")
+            self.assertIn(done.returncode, (0, 3), f"{value}: {done.returncode} {done.stderr}")
 
 
 class LightsKept(unittest.TestCase):
