@@ -44,9 +44,9 @@ class Ranges {
   }
 
   TextureRange::Range of(const TextureSlot& slot, std::uint32_t triangle) const {
-    Vec2f lower{}, upper{};
+    Vec2d lower{}, upper{};
     for (std::size_t i = 0; i < 3; ++i) {
-      const Vec2f uv = transform_uv(
+      const Vec2d uv = transform_uv(
           slot, uv_at(scene_, slot, triangle, i == 1 ? 1.0f : 0.0f, i == 2 ? 1.0f : 0.0f));
       if (i == 0) {
         lower = upper = uv;
@@ -341,8 +341,8 @@ double Optics::emission_texels(std::uint32_t triangle) const {
     const auto at = [&](float u, float v) {
       return transform_uv(slot, uv_at(*scene_, slot, triangle, u, v));
     };
-    const Vec2f a = at(0, 0);
-    const double area = std::fabs(static_cast<double>(cross(at(1, 0) - a, at(0, 1) - a))) / 2;
+    const Vec2d a = at(0, 0);
+    const double area = std::fabs(cross(at(1, 0) - a, at(0, 1) - a)) / 2;
     const image::Image8& image = *scene_->images[slot.image];
     most = std::max(most, area * image.width * image.height);
   };

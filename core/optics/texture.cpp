@@ -34,20 +34,25 @@ int wrap_texel(int i, int size, scene::Wrap wrap) {
   return ((i % size) + size) % size;
 }
 
-/// Keeps texel coordinates where int arithmetic is safe; uv beyond it repeats anyway.
-float fold(float coordinate, scene::Wrap wrap) {
-  if (wrap == scene::Wrap::kClamp) return std::clamp(coordinate, -1.0f, 2.0f);
-  const float period = wrap == scene::Wrap::kMirror ? 2.0f : 1.0f;
-  return coordinate - period * std::floor(coordinate / period);
+/// Texel coordinates where int and float arithmetic are safe; uv beyond it repeats anyway.
+float fold(double coordinate, int size, scene::Wrap wrap) {
+  if (!std::isfinite(coordinate)) coordinate = 0;
+  if (wrap == scene::Wrap::kClamp) {
+    coordinate = std::clamp(coordinate, -1.0, 2.0);
+  } else {
+    const double period = wrap == scene::Wrap::kMirror ? 2 : 1;
+    coordinate -= period * std::floor(coordinate / period);
+  }
+  return static_cast<float>(coordinate * size - 0.5);
 }
 
 }  // namespace
 
 std::array<float, 4> sample_texture(const image::Image8& image, const scene::TextureSlot& slot,
                                     Vec2f uv, bool srgb) {
-  const Vec2f t = transform_uv(slot, uv);
-  float x = fold(t.x, slot.wrap_u) * static_cast<float>(image.width) - 0.5f;
-  float y = fold(t.y, slot.wrap_v) * static_cast<float>(image.height) - 0.5f;
+  const Vec2d t = transform_uv(slot, uv);
+  float x = fold(t.x, image.width, slot.wrap_u);
+  float y = fold(t.y, image.height, slot.wrap_v);
   if (slot.filter == scene::Filter::kNearest) {
     x = std::floor(x + 0.5f);
     y = std::floor(y + 0.5f);
@@ -122,26 +127,25 @@ void TextureRange::add(int level, int x0, int y0, int x1, int y1, Range& range) 
   }
 }
 
-TextureRange::Range TextureRange::over(const scene::TextureSlot& slot, Vec2f lower,
-                                       Vec2f upper) const {
+TextureRange::Range TextureRange::over(const scene::TextureSlot& slot, Vec2d lower,
+                                       Vec2d upper) const {
   Range range{{255, 255, 255, 255}, {0, 0, 0, 0}};
   // Per axis: one or two runs of texels, or everything when the box is wider than the image.
   struct Runs {
     std::array<std::array<int, 2>, 2> run{};
     std::size_t count = 0;
   };
-  const auto runs = [](float low, float high, int size, scene::Wrap wrap) {
+  const auto runs = [](double low, double high, int size, scene::Wrap wrap) {
     Runs result;
     const bool everything =
-        !(high - low < 1.0f) || wrap == scene::Wrap::kMirror || !(std::fabs(low) < 1e6f);
+        !(high - low < 1) || wrap == scene::Wrap::kMirror || !(std::fabs(low) < 1e6);
     if (everything) {
       result.run[result.count++] = {0, size - 1};
       return result;
     }
-    const float scale = static_cast<float>(size);
-    const float shift = wrap == scene::Wrap::kRepeat ? std::floor(low) : 0.0f;
-    const int first = static_cast<int>(std::floor((low - shift) * scale - 0.5f));
-    const int last = static_cast<int>(std::floor((high - shift) * scale - 0.5f)) + 1;
+    const double shift = wrap == scene::Wrap::kRepeat ? std::floor(low) : 0;
+    const int first = static_cast<int>(std::floor((low - shift) * size - 0.5));
+    const int last = static_cast<int>(std::floor((high - shift) * size - 0.5)) + 1;
     if (wrap == scene::Wrap::kClamp) {
       result.run[result.count++] = {std::clamp(first, 0, size - 1), std::clamp(last, 0, size - 1)};
     } else if (last - first + 1 >= size) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "tests/unit/accuracy/scene_kit.h"
 
 namespace lightbatch::optics {
@@ -34,6 +37,30 @@ TEST(Texture, FiltersAsTheSamplerSays) {
   EXPECT_EQ(red(1.01f), 0);
   slot.wrap_u = scene::Wrap::kClamp;
   EXPECT_EQ(red(1.01f), 1);
+}
+
+TEST(Texture, HugeCoordinatesReadSomeTexel) {
+  const image::Image8 image = two_pixels();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (const scene::Wrap wrap : {scene::Wrap::kRepeat, scene::Wrap::kClamp, scene::Wrap::kMirror}) {
+    scene::TextureSlot slot;
+    slot.image = 0;
+    slot.wrap_u = slot.wrap_v = wrap;
+    for (const float scale : {1.0f, 1e30f, -1e30f, 3e38f}) {
+      slot.m00 = slot.m11 = slot.m01 = scale;
+      for (const float u : {0.3f, 1e9f, -1e15f, 3e38f, kInfinity, std::nanf("")}) {
+        for (const float channel : sample_texture(image, slot, {u, u}, true)) {
+          EXPECT_GE(channel, 0) << scale << " " << u;
+          EXPECT_LE(channel, 1) << scale << " " << u;
+        }
+      }
+    }
+  }
+  // Far out, a repeated texture keeps its place as long as floats do.
+  scene::TextureSlot slot;
+  slot.image = 0;
+  slot.tu = 1e7f;
+  EXPECT_FLOAT_EQ(sample_texture(image, slot, {0.625f, 0.5f}, false)[0], 0.75f);
 }
 
 // What is cut away does not shine, and a sheet shines by its alpha.
