@@ -149,6 +149,9 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   write.irradiance = [&](std::uint32_t triangle, float u, float v) {
     return lightmap::irradiance_at(made.places.layout, made.finished.pages, triangle, u, v);
   };
+  write.emission = [&](std::uint32_t triangle, float u, float v) {
+    return p.optics->emission(triangle, u, v);
+  };
   LB_ASSIGN_OR_RETURN(const Bytes glb,
                       scene_out::write_scene(p.document, *p.scene, plan, nullptr, nullptr, write));
   return artifacts.add(options.carrier == Carrier::kPortable ? "scene.glb" : "scene_portable.glb",

@@ -169,6 +169,14 @@ Json report_head(const JobOptions& options, const JobInput& input, const Prepare
   Json warnings = Json::array();
   for (const std::string& w : p.document.warnings) warnings.push_back(w);
   for (const std::string& w : p.scene->warnings) warnings.push_back(w);
+  for (const scene::Material& m : p.scene->materials) {
+    const bool left_out = options.carrier != Carrier::kLightmap && !m.unlit &&
+                          m.base_color_texture.present() && !m.emission.is_black();
+    if (!left_out) continue;
+    warnings.push_back("material " + m.name +
+                       ": its emission is left out of the portable file, where its base colour "
+                       "texture multiplies all light");
+  }
   for (std::size_t i = 0; i < plan::kEffectCount; ++i) {
     const plan::Decision& d = p.effects.decisions[i];
     if (d.called_for && !d.simulated) {

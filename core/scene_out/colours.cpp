@@ -47,7 +47,8 @@ bool is_byte(double value) {
 
 }  // namespace
 
-std::vector<std::uint32_t> material_classes(const Json& root, const scene::Scene& scene) {
+std::vector<std::uint32_t> material_classes(const Json& root, const scene::Scene& scene,
+                                            bool baked) {
   std::vector<std::uint32_t> classes(scene.materials.size());
   std::map<std::string, std::uint32_t> known;
   const bool named = find_pins(root).materials;
@@ -55,6 +56,7 @@ std::vector<std::uint32_t> material_classes(const Json& root, const scene::Scene
     classes[m] = m;
     const std::uint32_t index = scene.materials[m].gltf_index;
     if (named || index == kNone || !may_share(root.at("materials").at(index))) continue;
+    if (baked && is_emissive(root.at("materials").at(index))) continue;
     Json rest = root.at("materials").at(index);
     rest.erase("name");
     if (Json* pbr = member(rest, "pbrMetallicRoughness")) pbr->erase("baseColorFactor");

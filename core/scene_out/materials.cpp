@@ -1,5 +1,8 @@
 #include "core/scene_out/materials.h"
 
+#include <algorithm>
+#include <string>
+
 #include "core/scene_out/json_access.h"
 
 namespace lightbatch::scene_out {
@@ -51,10 +54,9 @@ void for_each_material_slot(Json& root, const Visit& visit) {
 
 }  // namespace
 
-void settle_materials(Json& root, std::uint32_t original,
-                      const std::vector<std::pair<std::uint32_t, std::uint32_t>>& clones) {
+Clones settle_materials(Json& root, std::uint32_t original, Clones clones) {
   Json* materials = member(root, "materials");
-  if (materials == nullptr || clones.empty()) return;
+  if (materials == nullptr || clones.empty()) return clones;
   std::vector<bool> used(original, false);
   for_each_material_slot(root, [&](const Json& slot) {
     const auto index = slot.get<std::size_t>();
@@ -81,6 +83,23 @@ void settle_materials(Json& root, std::uint32_t original,
     const auto index = slot.get<std::size_t>();
     slot = number[index];
   });
+  for (auto& [source, clone] : clones) clone = number[clone];
+  return clones;
+}
+
+bool is_emissive(const Json& material) {
+  const Json* factor = member(material, "emissiveFactor");
+  return factor != nullptr && factor->is_array() &&
+         std::any_of(factor->begin(), factor->end(),
+                     [](const Json& c) { return c.is_number() && c.get<double>() > 0; });
+}
+
+Json clones_of_emitters(const Json& root, const Clones& clones) {
+  Json emitters = Json::object();
+  for (const auto& [source, clone] : clones)
+    if (is_emissive(root.at("materials").at(clone)))
+      emitters[std::to_string(source)].push_back(clone);
+  return emitters;
 }
 
 bool uses_uv_set(const Json& root, std::uint32_t material, std::uint32_t set) {

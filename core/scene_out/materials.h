@@ -13,10 +13,19 @@ namespace lightbatch::scene_out {
 /// Whether a texture of the material reads TEXCOORD_`set`.
 bool uses_uv_set(const gltf::Json& root, std::uint32_t material, std::uint32_t set);
 
+/// (original, clone) of materials, by number.
+using Clones = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
 /// Puts the first clone of every original material that nothing uses any more into its place, so
 /// that numbers and names lead to what is drawn. `original`: materials of the file as read.
-void settle_materials(gltf::Json& root, std::uint32_t original,
-                      const std::vector<std::pair<std::uint32_t, std::uint32_t>>& clones);
+/// Returns the clones by their new numbers.
+Clones settle_materials(gltf::Json& root, std::uint32_t original, Clones clones);
+
+/// Whether the material's emissive factor is not black.
+bool is_emissive(const gltf::Json& material);
+
+/// By number of each emitting original, the list of its clones.
+gltf::Json clones_of_emitters(const gltf::Json& root, const Clones& clones);
 
 /// Clones of materials that carry baked light, made once each. A material index of kNone is the
 /// default material.
@@ -43,7 +52,7 @@ class BakedMaterials {
   std::uint32_t unlit(std::uint32_t material, bool colour_in_vertices);
 
   /// (original, clone) of every clone with an original, in the order they were made.
-  const std::vector<std::pair<std::uint32_t, std::uint32_t>>& clones() const { return clones_; }
+  const Clones& clones() const { return clones_; }
 
  private:
   gltf::Json copy_of(std::uint32_t material) const;
@@ -56,7 +65,7 @@ class BakedMaterials {
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::uint32_t> lightmapped_;
   std::map<std::pair<std::uint32_t, bool>, std::uint32_t> unlit_;
   std::map<std::uint32_t, std::uint32_t> coloured_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> clones_;
+  Clones clones_;
 };
 
 }  // namespace lightbatch::scene_out

@@ -11,19 +11,10 @@ namespace {
 
 const AttributeType kColour{"COLOR_0", 5123, true, "VEC4", 4};
 
-/// Without a base colour texture the vertices can hold the product, and emission on top of it.
-bool colour_holds_all(const scene::Material& material) {
-  return !material.base_color_texture.present();
-}
-
+/// What light makes of the surface.
 Rgb colour_of(const scene::Material& material, const Rgb& irradiance, double exposure) {
-  const auto scale = static_cast<float>(exposure / std::numbers::pi);
-  Rgb colour = irradiance * scale;
-  if (colour_holds_all(material)) {
-    colour *= material.base_color;
-    colour += material.emission * static_cast<float>(exposure);
-  }
-  return colour;
+  const Rgb colour = irradiance * static_cast<float>(exposure / std::numbers::pi);
+  return colour_holds_all(material) ? colour * material.base_color : colour;
 }
 
 /// COLOR_0 of the source, which goes on multiplying; white without one.
@@ -90,14 +81,19 @@ Result<std::vector<MeshData>> portable_meshes(Writer& w, const Pieces& pieces, c
       const std::array<double, 3> weights{1 - u - v, u, v};
       copier.mix(vertices, weights, streams);
       const Rgb light = colour_of(material, lit.irradiance[at], w.exposure);
-      const double rgb[3] = {static_cast<double>(light.r), static_cast<double>(light.g),
-                             static_cast<double>(light.b)};
-      for (std::size_t c = 0; c < 4; ++c) {
-        double own = 0;
-        for (std::size_t k = 0; k < 3; ++k) own += weights[k] * before.at(vertices[k], c);
-        push_component(kColour, std::clamp((c < 3 ? rgb[c] : 1) * own, 0.0, 1.0),
-                       streams.back().bytes);
-      }
+      std::array<double, 4> own{};
+      for (std::size_t c = 0; c < 4; ++c)
+        for (std::size_t k = 0; k < 3; ++k) own[c] += weights[k] * before.at(vertices[k], c);
+      // Viewers weigh what blends by its alpha.
+      const bool blends = material.alpha_mode == scene::AlphaMode::kBlend;
+      const double alpha = blends ? static_cast<double>(material.alpha) * own[3] : 1;
+      const Rgb shine = lit.emission[at] * static_cast<float>(alpha > 0 ? w.exposure / alpha : 0);
+      const std::array<double, 4> colour{
+          static_cast<double>(light.r) * own[0] + static_cast<double>(shine.r),
+          static_cast<double>(light.g) * own[1] + static_cast<double>(shine.g),
+          static_cast<double>(light.b) * own[2] + static_cast<double>(shine.b), own[3]};
+      for (const double value : colour)
+        push_component(kColour, std::clamp(value, 0.0, 1.0), streams.back().bytes);
       ++corner;
     }
     ranges.push_back({index, start, corner - start});

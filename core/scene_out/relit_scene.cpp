@@ -7,11 +7,11 @@
 #include "core/gltf/glb_writer.h"
 #include "core/gltf/json_text.h"
 #include "core/scene_out/json_access.h"
+#include "core/scene_out/write_scene.h"
 
 namespace lightbatch::scene_out {
 namespace {
 
-constexpr const char* kPageName = "lightmap_";
 constexpr const char* kLightmap = "MOZ_lightmap";
 constexpr const char* kLights = "KHR_lights_punctual";
 constexpr const char* kStrength = "KHR_materials_emissive_strength";
@@ -25,14 +25,32 @@ struct Slot {
   std::size_t shift = 0;  // of what follows, modulo 2^64
 };
 
-/// The page that an image holds, or kNone.
-std::uint32_t page_of(const Json& image, std::size_t pages) {
-  const Json* name = member(image, "name");
-  if (name == nullptr || !name->is_string()) return kNone;
-  for (std::uint32_t k = 0; k < pages; ++k) {
-    if (name->get_ref<const std::string&>() == kPageName + std::to_string(k)) return k;
+/// What write_scene() left word of in extras.lightbatch, of the scene or else of the file.
+const Json& about_of(const Json& root) {
+  static const Json kNothing = Json::object();
+  const std::uint32_t named = index_at(root, "scene");
+  const std::uint32_t scene = named == kNone ? 0 : named;
+  const Json* holders[] = {scene < count_of(root, "scenes") ? &root["scenes"][scene] : &root,
+                           &root};
+  for (const Json* holder : holders) {
+    const Json* extras = member(*holder, "extras");
+    const Json* about = extras == nullptr ? nullptr : member(*extras, "lightbatch");
+    if (about != nullptr && about->is_object()) return *about;
   }
-  return kNone;
+  return kNothing;
+}
+
+/// Numbers in a list; kNone for what is none.
+std::vector<std::uint32_t> numbers_in(const Json& holder, std::string_view key) {
+  std::vector<std::uint32_t> numbers;
+  const Json* list = member(holder, key);
+  if (list == nullptr || !list->is_array()) return numbers;
+  for (const Json& number : *list) {
+    numbers.push_back(number.is_number_unsigned() && number.get<std::uint64_t>() < kNone
+                          ? number.get<std::uint32_t>()
+                          : kNone);
+  }
+  return numbers;
 }
 
 /// Whatever names a place in the binary chunk: buffer views, and what compresses them.
@@ -55,16 +73,20 @@ std::size_t offset_of(const Json& range) {
   return offset == kNone ? 0 : offset;
 }
 
-Result<std::vector<Slot>> find_slots(const Json& root, std::span<const RelitPage> pages,
-                                     std::size_t binary_size, const std::string& place) {
+/// images[k]: the number of the image of page k.
+Result<std::vector<Slot>> find_slots(const Json& root, const std::vector<std::uint32_t>& images,
+                                     std::span<const RelitPage> pages, std::size_t binary_size,
+                                     const std::string& place) {
+  const auto refused = [&] {
+    return malformed(place, "does not hold the " + std::to_string(pages.size()) +
+                                " lightmap pages of its bake; give the files as they were made");
+  };
+  if (images.size() != pages.size()) return refused();
   std::vector<Slot> slots;
-  std::size_t found = 0;
-  for (std::uint32_t i = 0; i < count_of(root, "images"); ++i) {
-    const Json& image = root["images"][i];
-    const std::uint32_t page = page_of(image, pages.size());
-    if (page == kNone) continue;
-    const std::uint32_t view = index_at(image, "bufferView");
-    if (view >= count_of(root, "bufferViews")) continue;
+  for (std::size_t page = 0; page < pages.size(); ++page) {
+    if (images[page] >= count_of(root, "images")) return refused();
+    const std::uint32_t view = index_at(root["images"][images[page]], "bufferView");
+    if (view >= count_of(root, "bufferViews")) return refused();
     const Json& range = root["bufferViews"][view];
     const std::uint32_t length = index_at(range, "byteLength");
     const std::size_t begin = offset_of(range);
@@ -73,16 +95,12 @@ Result<std::vector<Slot>> find_slots(const Json& root, std::span<const RelitPage
       return malformed(place + "#/bufferViews/" + std::to_string(view), "lies outside the file");
     }
     slots.push_back({begin, begin + length, &pages[page].png, 0});
-    ++found;
-  }
-  if (found != pages.size()) {
-    return malformed(place, "does not hold the " + std::to_string(pages.size()) +
-                                " lightmap pages of its bake; give the files as they were made");
   }
   std::sort(slots.begin(), slots.end(),
             [](const Slot& a, const Slot& b) { return a.begin < b.begin; });
   for (std::size_t k = 1; k < slots.size(); ++k) {
-    if (slots[k].begin < slots[k - 1].end) return malformed(place, "lightmap pages overlap");
+    if (slots[k].begin < slots[k - 1].end || slots[k].begin == slots[k - 1].begin)
+      return malformed(place, "lightmap pages overlap");
   }
   return slots;
 }
@@ -117,7 +135,8 @@ void move_ranges(Json& root, const std::vector<Slot>& slots) {
   });
 }
 
-void set_intensities(Json& root, std::span<const RelitPage> pages) {
+void set_intensities(Json& root, const std::vector<std::uint32_t>& images,
+                     std::span<const RelitPage> pages) {
   Json* materials = member(root, "materials");
   if (materials == nullptr || !materials->is_array()) return;
   for (Json& material : *materials) {
@@ -127,9 +146,9 @@ void set_intensities(Json& root, std::span<const RelitPage> pages) {
     const std::uint32_t texture = index_at(*lightmap, "index");
     if (texture >= count_of(root, "textures")) continue;
     const std::uint32_t image = index_at(root["textures"][texture], "source");
-    if (image >= count_of(root, "images")) continue;
-    const std::uint32_t page = page_of(root["images"][image], pages.size());
-    if (page != kNone) (*lightmap)["intensity"] = pages[page].intensity;
+    const auto page =
+        static_cast<std::size_t>(std::find(images.begin(), images.end(), image) - images.begin());
+    if (page < pages.size()) (*lightmap)["intensity"] = pages[page].intensity;
   }
 }
 
@@ -184,24 +203,13 @@ void forget_files(Json& root) {
   }
 }
 
-/// What a material emits, as far as factors tell.
-Json emission_of(const Json& material) {
-  const Json* factor = member(material, "emissiveFactor");
-  const Json* strength = extension(material, kStrength);
-  return {factor == nullptr ? Json() : *factor, strength == nullptr ? Json() : *strength};
-}
-
-/// The material and its clones on other pages, which bear its name and emit as it did.
-void set_emission(Json& root, const RelitMaterial& relit) {
+/// The material and its clones on other pages.
+void set_emission(Json& root, std::vector<std::uint32_t> clones, const RelitMaterial& relit) {
   Json* materials = member(root, "materials");
-  if (materials == nullptr || relit.index >= count_of(root, "materials")) return;
-  const Json source = (*materials)[relit.index];
-  for (std::size_t i = 0; i < materials->size(); ++i) {
-    Json& material = (*materials)[i];
-    const bool clone = member(source, "name") != nullptr && member(material, "name") != nullptr &&
-                       *member(material, "name") == *member(source, "name") &&
-                       emission_of(material) == emission_of(source);
-    if (i != relit.index && !clone) continue;
+  clones.push_back(relit.index);
+  for (const std::uint32_t index : clones) {
+    if (index >= count_of(root, "materials") || !(*materials)[index].is_object()) continue;
+    Json& material = (*materials)[index];
     material["emissiveFactor"] = relit.emissive_factor;
     if (relit.emissive_strength != 1) {
       material["extensions"][kStrength] = {{"emissiveStrength", relit.emissive_strength}};
@@ -223,13 +231,20 @@ Result<Bytes> relit_scene(std::span<const std::byte> glb, const std::string& pla
   LB_ASSIGN_OR_RETURN(
       Json root, gltf::parse_json(chunks.json, place, limits.json_depth, limits.decoded_bytes));
   const auto binary = chunks.binary.value_or(std::span<const std::byte>{});
-  LB_ASSIGN_OR_RETURN(auto slots, find_slots(root, pages, binary.size(), place));
+  const Json about = about_of(root);
+  const std::vector<std::uint32_t> images = numbers_in(about, kPageImages);
+  LB_ASSIGN_OR_RETURN(auto slots, find_slots(root, images, pages, binary.size(), place));
   const Bytes filled = refill(binary, slots);
   move_ranges(root, slots);
-  set_intensities(root, pages);
+  set_intensities(root, images, pages);
   set_lights(root, lights);
   forget_files(root);
-  for (const RelitMaterial& material : materials) set_emission(root, material);
+  const Json* emitters = member(about, kEmitters);
+  for (const RelitMaterial& material : materials) {
+    const auto clones = emitters == nullptr ? std::vector<std::uint32_t>{}
+                                            : numbers_in(*emitters, std::to_string(material.index));
+    set_emission(root, clones, material);
+  }
   return gltf::write_glb(std::move(root), filled);
 }
 

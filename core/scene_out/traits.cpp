@@ -120,7 +120,7 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
   const Json& root = document.json;
   const std::vector<std::string> reasons = reasons_of_nodes(root);
   std::vector<batches::ObjectTraits> traits(scene.objects.size());
-  const std::vector<std::uint32_t> classes = material_classes(root, scene);
+  const std::vector<std::uint32_t> classes = material_classes(root, scene, layout != nullptr);
   std::map<std::string, std::uint32_t> layouts;
   for (std::uint32_t o = 0; o < scene.objects.size(); ++o) {
     const scene::Object& object = scene.objects[o];

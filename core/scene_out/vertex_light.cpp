@@ -21,18 +21,25 @@ struct Corner {
   LightPoint at;
   Vec3f position;
   Rgb light;
+  Rgb emission;
+  /// Emission as the irradiance that would look the same on white.
+  Rgb seen() const { return light + emission * std::numbers::pi_v<float>; }
 };
 using Face = std::array<Corner, 3>;
 
-Rgb light_at(const Writer& w, const LightPoint& p) {
+void set_light(const Writer& w, Corner& corner) {
+  const LightPoint& p = corner.at;
   const float third = 1.0f / 3.0f;
-  return w.options.irradiance(p.triangle, p.u + (third - p.u) * kInset,
-                              p.v + (third - p.v) * kInset);
+  const float u = p.u + (third - p.u) * kInset, v = p.v + (third - p.v) * kInset;
+  corner.light = w.options.irradiance(p.triangle, u, v);
+  if (w.options.emission && colour_holds_all(w.scene.material_of(p.triangle))) {
+    corner.emission = w.options.emission(p.triangle, u, v);
+  }
 }
 
 Corner make_corner(const Writer& w, std::uint32_t triangle, float u, float v) {
   const auto c = w.scene.corners(triangle);
-  return {{triangle, u, v}, c[0] * (1 - u - v) + c[1] * u + c[2] * v, {}};
+  return {{triangle, u, v}, c[0] * (1 - u - v) + c[1] * u + c[2] * v, {}, {}};
 }
 
 /// An edge by its end positions: both triangles compute the same key, whatever their order.
@@ -57,6 +64,7 @@ Corner middle(const Corner& a, const Corner& b) {
   // Rounded the same way from either side: a sum does not depend on its order.
   return {{a.at.triangle, 0.5f * (a.at.u + b.at.u), 0.5f * (a.at.v + b.at.v)},
           (a.position + b.position) * 0.5f,
+          {},
           {}};
 }
 
@@ -96,7 +104,7 @@ LitTriangles subdivide(const Writer& w, const std::vector<std::uint32_t>& triang
     for (std::size_t i = begin; i < end; ++i) {
       faces[i] = {make_corner(w, triangles[i], 0, 0), make_corner(w, triangles[i], 1, 0),
                   make_corner(w, triangles[i], 0, 1)};
-      for (Corner& c : faces[i]) c.light = light_at(w, c.at);
+      for (Corner& c : faces[i]) set_light(w, c);
     }
   });
   const double scale = exposure / std::numbers::pi;
@@ -108,9 +116,9 @@ LitTriangles subdivide(const Writer& w, const std::vector<std::uint32_t>& triang
         for (std::size_t e = 0; e < 3; ++e) {
           const Corner &a = faces[i][e], &b = faces[i][(e + 1) % 3];
           Corner& m = middles[i][e] = middle(a, b);
-          m.light = light_at(w, m.at);
+          set_light(w, m);
           const double step =
-              static_cast<double>(step_of((a.light + b.light) * 0.5f, m.light)) * scale;
+              static_cast<double>(step_of((a.seen() + b.seen()) * 0.5f, m.seen())) * scale;
           wants[i][e] = step > w.options.colour_step;
         }
     });
@@ -137,6 +145,7 @@ LitTriangles subdivide(const Writer& w, const std::vector<std::uint32_t>& triang
     for (const Corner& c : f) {
       result.corners.push_back(c.at);
       result.irradiance.push_back(c.light);
+      result.emission.push_back(c.emission);
     }
   return result;
 }

@@ -19,11 +19,18 @@ struct LightPoint {
 struct LitTriangles {
   std::vector<LightPoint> corners;
   std::vector<Rgb> irradiance;  // one for each corner, lux
+  std::vector<Rgb> emission;    // one for each corner, nits; black where colours cannot hold it
 };
 
-/// Splits edges while the light in their middle is not the mean of their ends. Whether an edge is
-/// split is decided for the edge, not for a triangle, so neighbours of one object stay joined
-/// without gaps; a triangle with one, two or three split edges becomes two, three or four.
+/// Without a base colour texture the vertices can hold the product, and emission on top of it.
+inline bool colour_holds_all(const scene::Material& material) {
+  return !material.base_color_texture.present();
+}
+
+/// Splits edges while the light, or the emission, in their middle is not the mean of their ends.
+/// Whether an edge is split is decided for the edge, not for a triangle, so neighbours of one
+/// object stay joined without gaps; a triangle with one, two or three split edges becomes two,
+/// three or four.
 LitTriangles subdivide(const Writer& writer, const std::vector<std::uint32_t>& triangles,
                        double exposure);
 

@@ -15,7 +15,9 @@
 namespace lightbatch::scene_out {
 namespace {
 
-void add_pages(Writer& w, const LightmapImages& images) {
+/// Numbers of the pages' images.
+Json add_pages(Writer& w, const LightmapImages& images) {
+  Json numbers = Json::array();
   const std::uint32_t sampler =
       append(w.root, "samplers",
              Json{{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}});
@@ -25,11 +27,13 @@ void add_pages(Writer& w, const LightmapImages& images) {
     const std::uint32_t view = w.binary.add_file(images.png[k]);
     const std::uint32_t image = append(
         w.root, "images", Json{{"bufferView", view}, {"mimeType", "image/png"}, {"name", name}});
+    numbers.push_back(image);
     textures.push_back(
         append(w.root, "textures", Json{{"sampler", sampler}, {"source", image}, {"name", name}}));
   }
   w.materials.set_pages(std::move(textures), images.intensity);
   declare_extension(w.root, "extensionsUsed", "MOZ_lightmap");
+  return numbers;
 }
 
 const char* mime_type(image::Format format) {
@@ -96,7 +100,7 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
                  images->intensity.size() == images->png.size(),
              "one picture and one intensity for each page");
     about["carrier"] = "lightmap";
-    if (!images->png.empty()) add_pages(w, *images);
+    if (!images->png.empty()) about[kPageImages] = add_pages(w, *images);
   }
   if (w.portable()) {
     w.exposure = choose_exposure(scene, options);
@@ -111,13 +115,19 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
     if ((images != nullptr || w.portable()) && options.remove_lights)
       if (Json lights = remove_lights(w); !lights.is_null()) about["lights"] = std::move(lights);
     if (options.extras.is_object()) about.update(options.extras);
-    add_extras(w.root, scene_index, std::move(about));
   }
   if (!any_instancing(w.root)) undeclare_extension(w.root, "EXT_mesh_gpu_instancing");
 
   // Meshes that lost their use still name original materials: they go first.
   drop_meshes(w.root, document.json);
-  settle_materials(w.root, count_of(document.json, "materials"), w.materials.clones());
+  const Clones clones =
+      settle_materials(w.root, count_of(document.json, "materials"), w.materials.clones());
+  if (scene_index < count_of(w.root, "scenes")) {
+    if (images != nullptr)
+      if (Json emitters = clones_of_emitters(w.root, clones); !emitters.empty())
+        about[kEmitters] = std::move(emitters);
+    add_extras(w.root, scene_index, std::move(about));
+  }
   if (document.had_draco) LB_RETURN_IF_ERROR(mend_decoded(w));
 
   Bytes binary;

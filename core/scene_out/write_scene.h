@@ -20,14 +20,19 @@ struct LightmapImages {
   std::vector<float> intensity;
 };
 
+/// Members of the scene's extras.lightbatch that relit_scene() finds its way by: the images of the
+/// pages, in order; by number of each emitting material as read, its clones on pages.
+constexpr const char* kPageImages = "page_images";
+constexpr const char* kEmitters = "emitters";
+
 /// How light travels in the file.
 enum class Carrier {
   kLightmap,  // MOZ_lightmap on lit materials, TEXCOORD_1
   kPortable,  // KHR_materials_unlit and COLOR_0: any viewer
 };
 
-/// Irradiance (lux) at barycentric (u, v) of a scene triangle.
-using IrradianceAt = std::function<Rgb(std::uint32_t triangle, float u, float v)>;
+/// Irradiance (lux) or emitted luminance (nits) at barycentric (u, v) of a scene triangle.
+using LightAt = std::function<Rgb(std::uint32_t triangle, float u, float v)>;
 
 enum class Compression { kPlain, kMeshopt, kDraco };
 
@@ -39,7 +44,8 @@ struct WriteOptions {
   /// Portable: which triangles are lit (empty: all), their light, and the scale from luminance
   /// (nits) to colour; exposure 0: chosen so that 99 % of the lit surface stays below 1.
   std::vector<std::uint8_t> lit;
-  IrradianceAt irradiance;
+  LightAt irradiance;
+  LightAt emission;  // times coverage; null: none
   double exposure = 0;
   /// Portable: an edge is split while the light in its middle differs from the mean of its ends by
   /// more than this share of full scale, at most `subdivisions` times.

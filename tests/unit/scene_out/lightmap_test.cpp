@@ -173,5 +173,48 @@ TEST(LightmapFile, UnlitTrianglesKeepTheirMaterial) {
   EXPECT_EQ(primitives[false], 1);
 }
 
+/// Unnamed lamps that differ in their base colour alone, on two pages: a relight finds each.
+TEST(LightmapFile, ClonesOfEmittersAreListed) {
+  FileBuilder file;
+  file.json["images"] = {{{"name", "lightmap_0"}, {"uri", "data:image/png;base64,iVBORw0KGgo="}}};
+  file.json["materials"] = Json::array();
+  for (const double red : {0.25, 0.5}) {
+    file.json["materials"].push_back(
+        {{"emissiveFactor", {1, 1, 1}},
+         {"pbrMetallicRoughness", {{"baseColorFactor", {red, 1, 1, 1}}}}});
+  }
+  for (int i = 0; i < 8; ++i) {
+    Json cube = file.cube();
+    cube["material"] = i / 2 % 2;
+    file.node({{"mesh", file.mesh({cube})}, {"translation", {2 * i, 0, 0}}});
+  }
+  const Loaded in = load(file.glb());
+  const atlas::Layout layout = testing::simple_layout(in.scene, 2);
+  for (const bool batches : {true, false}) {
+    const gltf::Document out =
+        testing::read(write(in, batches, &layout, batches::BatchOptions()).glb);
+    const Json& about = out.json["scenes"][0]["extras"]["lightbatch"];
+    ASSERT_EQ(about["page_images"].size(), 2u);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Json& image = out.json["images"][about["page_images"][k].get<std::size_t>()];
+      EXPECT_EQ(image["name"], "lightmap_" + std::to_string(k));
+      EXPECT_TRUE(image.contains("bufferView"));
+    }
+    // Every material that a mesh draws is in the list of its own original.
+    std::set<std::size_t> listed;
+    for (const auto& [original, clones] : about["emitters"].items()) {
+      const Json& colour = file.json["materials"][std::stoul(original)]["pbrMetallicRoughness"];
+      for (const Json& clone : clones) {
+        EXPECT_TRUE(listed.insert(clone.get<std::size_t>()).second);
+        EXPECT_EQ(out.json["materials"][clone.get<std::size_t>()]["pbrMetallicRoughness"], colour);
+      }
+    }
+    EXPECT_GE(listed.size(), 4u);
+    for (const Json& mesh : out.json["meshes"])
+      for (const Json& p : mesh["primitives"])
+        EXPECT_TRUE(listed.contains(p["material"].get<std::size_t>()));
+  }
+}
+
 }  // namespace
 }  // namespace lightbatch::scene_out

@@ -83,6 +83,36 @@ TEST(Portable, ColoursAreLuminanceTimesExposure) {
   }
 }
 
+/// Emission is read at points, subdivides where it changes, and COLOR_0 of the source does not
+/// multiply it.
+TEST(Portable, EmissionIsAddedPointByPoint) {
+  FileBuilder file = floor_file(false);
+  Json& cube = file.json["meshes"][0]["primitives"][0];
+  const auto corners =
+      file.json["accessors"][cube["attributes"]["POSITION"].get<std::size_t>()]["count"];
+  cube["attributes"]["COLOR_0"] =
+      file.accessor(std::vector<float>(3 * corners.get<std::size_t>(), 0.5f), 5126, "VEC3", 3);
+  const Loaded in = load(file.glb());
+  WriteOptions options = step_of_light(in);
+  options.irradiance = [](std::uint32_t, float, float) { return Rgb::grey(1000); };
+  options.emission = [&in](std::uint32_t t, float u, float v) {
+    const auto c = in.scene.corners(t);
+    const Vec3f p = c[0] * (1 - u - v) + c[1] * u + c[2] * v;
+    return Rgb::grey(static_cast<double>(p.x) + in.scene.origin.x < 1 ? 0.0f : 400.0f);
+  };
+  const auto out =
+      testing::read(*write_scene(in.document, in.scene, nullptr, nullptr, nullptr, options));
+  std::set<int> greens;
+  for (const Json& mesh : out.json["meshes"])
+    for (const Json& p : mesh["primitives"]) {
+      const auto colour = *gltf::read_values(out, p["attributes"]["COLOR_0"]);
+      for (std::size_t i = 0; i < colour.data.size(); i += 4)
+        greens.insert(static_cast<int>(std::lround(colour.data[i + 1] * 1e3f)));
+    }
+  // green = 0.5 * 0.25 * E / pi * exposure = 0.040, and 0.4 more where it emits.
+  EXPECT_EQ(greens, (std::set<int>{40, 440}));
+}
+
 TEST(Portable, TexturedMaterialsKeepTheirTextureAndFactor) {
   const Loaded in = load(floor_file(true).glb());
   const auto plan = plan_for(in);

@@ -25,15 +25,16 @@ Bytes scene() {
     "bufferViews": [{"buffer": 0, "byteLength": 32},
                     {"buffer": 0, "byteOffset": 48, "byteLength": 32},
                     {"buffer": 0, "byteOffset": 32, "byteLength": 10}],
-    "images": [{"name": "lightmap_0", "bufferView": 2, "mimeType": "image/png"}],
-    "textures": [{"source": 0}],
+    "images": [{"name": "lightmap_0", "uri": "of_the_input.png"},
+               {"name": "lightmap_0", "bufferView": 2, "mimeType": "image/png"}],
+    "textures": [{"source": 1}],
     "materials": [
-      {"name": "lamp", "emissiveFactor": [1, 1, 1]},
+      {"emissiveFactor": [1, 1, 1]},
       {"name": "wall", "extensions": {"MOZ_lightmap": {"index": 0, "texCoord": 1, "intensity": 9}}},
-      {"name": "lamp", "emissiveFactor": [1, 1, 1]},
-      {"name": "lamp", "emissiveFactor": [0.5, 0, 0]}],
+      {"emissiveFactor": [1, 1, 1]},
+      {"emissiveFactor": [1, 1, 1]}],
     "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 5}]}},
-    "scenes": [{"extras": {"lightbatch": {"lights": [
+    "scenes": [{"extras": {"lightbatch": {"page_images": [1], "emitters": {"0": [2]}, "lights": [
       {"node": 3, "index": 0, "light": {"type": "point", "intensity": 5}}]}}}]})");
   return *gltf::write_glb(json, binary);
 }
@@ -83,7 +84,7 @@ TEST(RelitScene, LightsAndTheMaterialWithItsClonesChange) {
     EXPECT_EQ(lamp["emissiveFactor"], Json({1, 0, 1}));
     EXPECT_EQ(lamp["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"], 12);
   }
-  EXPECT_EQ(json["materials"][3]["emissiveFactor"], Json({0.5, 0, 0}));
+  EXPECT_EQ(json["materials"][3]["emissiveFactor"], Json({1, 1, 1}));
 }
 
 TEST(RelitScene, RefusesWhatIsNoSuchScene) {
@@ -94,6 +95,25 @@ TEST(RelitScene, RefusesWhatIsNoSuchScene) {
   file.json["bufferViews"][2]["byteLength"] = 1000;
   const Bytes outside = *gltf::write_glb(file.json, file.binary);
   EXPECT_FALSE(relit_scene(outside, "in.glb", std::span(two).first(1), {}, {}).ok());
+}
+
+TEST(RelitScene, HostileNumbersDoNoHarm) {
+  const RelitPage page{filled(10, 7), 1};
+  const RelitMaterial material{0, {1, 0, 1}, 12};
+  const auto relit = [&](const char* key, const Json& value) {
+    File file(scene());
+    file.json["scenes"][0]["extras"]["lightbatch"][key] = value;
+    return relit_scene(*gltf::write_glb(file.json, file.binary), "in.glb", {&page, 1}, {},
+                       {&material, 1})
+        .status();
+  };
+  for (const Json& images : {Json(5), Json("1"), Json::array(), Json({0}), Json({7}), Json({-1}),
+                             Json({1e30}), Json({1, 1}), Json({nullptr})}) {
+    EXPECT_EQ(relit("page_images", images).reason(), "INPUT_MALFORMED") << images;
+  }
+  for (const Json& clones : {Json(5), Json({{"0", 3}}), Json({{"0", {-1, 99, "x", nullptr}}})}) {
+    EXPECT_TRUE(relit("emitters", clones).ok()) << clones;
+  }
 }
 
 }  // namespace
