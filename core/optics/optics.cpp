@@ -341,10 +341,16 @@ double Optics::emission_texels(std::uint32_t triangle) const {
     const auto at = [&](float u, float v) {
       return transform_uv(slot, uv_at(*scene_, slot, triangle, u, v));
     };
-    const Vec2d a = at(0, 0);
-    const double area = std::fabs(cross(at(1, 0) - a, at(0, 1) - a)) / 2;
     const image::Image8& image = *scene_->images[slot.image];
-    most = std::max(most, area * image.width * image.height);
+    const auto texels = [&](const Vec2d& from, const Vec2d& to) {
+      return Vec2d{(to.x - from.x) * image.width, (to.y - from.y) * image.height};
+    };
+    const Vec2d a = at(0, 0), b = at(1, 0), c = at(0, 1);
+    const Vec2d ab = texels(a, b), ac = texels(a, c), bc = texels(b, c);
+    // Coordinates may run along a line.
+    const double along = std::max({std::fabs(ab.x), std::fabs(ab.y), std::fabs(ac.x),
+                                   std::fabs(ac.y), std::fabs(bc.x), std::fabs(bc.y)});
+    most = std::max({most, std::fabs(cross(ab, ac)) / 2, along});
   };
   count(m.emission_texture);
   if (covered_in_part(triangle)) count(m.base_color_texture);

@@ -20,7 +20,7 @@ constexpr double kMostTexels = 10000;
 constexpr int kPatch = 16;
 /// Of the target: where the parts are first read. Most scenes are smooth.
 constexpr double kFirstGather = 1.6;
-constexpr double kFirstStage = 4;
+constexpr double kFirstStage = 2;
 /// A choice within this factor of the pilot's rung is believed; of the first stage, whose error is
 /// the smaller part, within another.
 constexpr double kNear = 2.0;

@@ -18,7 +18,7 @@ constexpr int kMostCuts = 4;
 constexpr double kTexelsOfPart = 1.0 / 64;
 /// Samples of the finest parts, each way; of uneven ones up to so many, as the scene's allow.
 constexpr int kSamples = 8, kMostSamples = 64;
-constexpr double kSamplesOfScene = 3e7;
+constexpr double kSamplesOfScene = 8e6;
 
 double count_of(int level) { return std::ldexp(1.0, 2 * level); }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
+#include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/math/sampling.h"
 #include "core/radiosity/emission_parts.h"
@@ -13,6 +15,8 @@ namespace {
 
 /// Emitters from which on triangles stay whole.
 constexpr std::size_t kMostParts = 200'000;
+/// Triangles whose emission is measured at one time.
+constexpr std::size_t kEmittersAtOnce = 4096;
 /// Emitters are one lamp where their area is this share of the surface of their box: a panel fills
 /// a half of it, two panels a panel apart a third.
 constexpr double kLampFill = 0.4;
@@ -128,33 +132,51 @@ void LightSources::add_emitters(const scene::Scene& scene, const optics::Optics&
   for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
     if (EmissionParts::is_uneven(optics, i)) ++uneven;
   }
+  std::vector<std::uint32_t> emitting;
   for (std::uint32_t i = 0; i < scene.triangles.size(); ++i) {
-    if (!optics.emits(i)) continue;
-    const auto corner = scene.corners(i);
-    const bool cut = optics.textured_emission(i) && emitters_.size() < kMostParts;
-    EmissionParts(optics, i, uneven)
-        .for_each(cut, [&](const EmissionParts::Part& part, const Rgb& luminance) {
-          if (luminance.is_black()) return;
-          const auto place = [&](const Vec2f& p) {
-            return corner[0] * (1 - p.x - p.y) + corner[1] * p.x + corner[2] * p.y;
-          };
-          Emitter e;
-          e.triangle = i;
-          e.a = place(part[0]);
-          e.b = place(part[1]);
-          e.c = place(part[2]);
-          e.luminance = luminance;
-          e.area =
-              static_cast<float>(0.5 * length(cross(to_double(e.b - e.a), to_double(e.c - e.a))));
-          e.double_sided = optics.double_sided(i);
-          e.power = kPi * e.area * e.luminance.sum() * (e.double_sided ? 2.0f : 1.0f);
-          const scene::Material& material = scene.material_of(i);
-          e.group = grouping.add(
-              {LightGroup::Kind::kEmitter, material.gltf_index, material.name, material.emission},
-              static_cast<double>(e.power));
-          emitters_.push_back(e);
-        });
+    if (optics.emits(i)) emitting.push_back(i);
   }
+  // In blocks, so that memory stays small.
+  std::vector<std::optional<EmissionParts>> parts;
+  for (std::size_t first = 0; first < emitting.size(); first += kEmittersAtOnce) {
+    const std::size_t count = std::min(kEmittersAtOnce, emitting.size() - first);
+    parts = std::vector<std::optional<EmissionParts>>(count);
+    parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        parts[k].emplace(optics, emitting[first + k], uneven);
+      }
+    });
+    for (std::size_t k = 0; k < count; ++k) {
+      add_emitter(scene, optics, emitting[first + k], *parts[k], grouping);
+    }
+  }
+}
+
+void LightSources::add_emitter(const scene::Scene& scene, const optics::Optics& optics,
+                               std::uint32_t triangle, const EmissionParts& parts,
+                               Grouping& grouping) {
+  const auto corner = scene.corners(triangle);
+  const bool cut = optics.textured_emission(triangle) && emitters_.size() < kMostParts;
+  parts.for_each(cut, [&](const EmissionParts::Part& part, const Rgb& luminance) {
+    if (luminance.is_black()) return;
+    const auto place = [&](const Vec2f& p) {
+      return corner[0] * (1 - p.x - p.y) + corner[1] * p.x + corner[2] * p.y;
+    };
+    Emitter e;
+    e.triangle = triangle;
+    e.a = place(part[0]);
+    e.b = place(part[1]);
+    e.c = place(part[2]);
+    e.luminance = luminance;
+    e.area = static_cast<float>(0.5 * length(cross(to_double(e.b - e.a), to_double(e.c - e.a))));
+    e.double_sided = optics.double_sided(triangle);
+    e.power = kPi * e.area * e.luminance.sum() * (e.double_sided ? 2.0f : 1.0f);
+    const scene::Material& material = scene.material_of(triangle);
+    e.group = grouping.add(
+        {LightGroup::Kind::kEmitter, material.gltf_index, material.name, material.emission},
+        static_cast<double>(e.power));
+    emitters_.push_back(e);
+  });
 }
 
 void LightSources::build_tree() {

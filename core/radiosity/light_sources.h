@@ -13,6 +13,8 @@
 
 namespace lightbatch::radiosity {
 
+class EmissionParts;
+
 /// A punctual light in recentred single precision, ready for shading.
 struct PunctualLight {
   scene::LightKind kind = scene::LightKind::kPoint;
@@ -96,6 +98,8 @@ class LightSources {
  private:
   void add_punctual(const scene::Scene& scene, const Kinds& kinds, Grouping& grouping);
   void add_emitters(const scene::Scene& scene, const optics::Optics& optics, Grouping& grouping);
+  void add_emitter(const scene::Scene& scene, const optics::Optics& optics, std::uint32_t triangle,
+                   const EmissionParts& parts, Grouping& grouping);
   void add_points(const Kinds& kinds);
   void build_tree();
   void find_lamps();
