@@ -188,9 +188,11 @@ struct Picture {
   double flux = 0;     // of all its emitters, red
   double largest = 0;  // area of an emitter that is not black
 
-  Picture(int side, const std::vector<std::uint8_t>& grey) {
+  /// along_a_line: its coordinates run along the picture's middle row.
+  Picture(int width, int height, const std::vector<std::uint8_t>& grey, bool along_a_line = false) {
     image::Image8 image;
-    image.width = image.height = side;
+    image.width = width;
+    image.height = height;
     for (const std::uint8_t v : grey) image.rgba.insert(image.rgba.end(), {v, v, v, 255});
     kit.scene().images.push_back(std::make_shared<image::Image8>(image));
     scene::Material m;
@@ -198,6 +200,7 @@ struct Picture {
     m.emission_texture.image = 0;
     m.emission_texture.filter = scene::Filter::kNearest;
     kit.quad({Vec3f{0, 0, 0}, {1, 0, 0}, {1, 0, -1}, {0, 0, -1}}, kit.material(m));
+    for (Vec2f& uv : kit.scene().uv0) uv.y = along_a_line ? 0.5f : uv.y;
     kit.finish();
     const LightSources sources(kit.scene(), kit.optics(), {});
     for (const Emitter& e : sources.emitters()) {
@@ -211,7 +214,7 @@ struct Picture {
 TEST(Emitters, AChequeredLampIsNotEven) {
   std::vector<std::uint8_t> grey(64);
   for (std::size_t i = 0; i < grey.size(); ++i) grey[i] = (i + i / 8) % 2 == 0 ? 255 : 0;
-  const Picture picture(8, grey);
+  const Picture picture(8, 8, grey);
   EXPECT_NEAR(picture.flux, 50, 0.2);
   EXPECT_LE(picture.largest, 1.0 / 64);
 }
@@ -219,9 +222,17 @@ TEST(Emitters, AChequeredLampIsNotEven) {
 TEST(Emitters, OneBrightTexelOfManyIsFound) {
   std::vector<std::uint8_t> grey(64 * 64);
   grey[64 * 20 + 41] = 255;
-  const Picture picture(64, grey);
+  const Picture picture(64, 64, grey);
   EXPECT_NEAR(picture.flux, 100.0 / 4096, 0.02 * 100.0 / 4096);
   EXPECT_LE(picture.largest, 1.0 / 256);
+}
+
+TEST(Emitters, CoordinatesAlongALineTellAsMuch) {
+  std::vector<std::uint8_t> grey(512);
+  std::fill(grey.begin() + 128, grey.begin() + 256, 255);
+  const Picture picture(512, 1, grey, true);
+  EXPECT_NEAR(picture.flux, 25, 0.1);
+  EXPECT_LE(picture.largest, 1.0 / 8);
 }
 
 }  // namespace
