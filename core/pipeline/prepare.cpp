@@ -1,5 +1,9 @@
 #include "core/pipeline/prepare.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
 #include "core/base/parallel.h"
 #include "core/image/codecs.h"
 #include "core/scene_in/read_scene.h"
@@ -7,7 +11,43 @@
 namespace lightbatch::pipeline {
 namespace {
 
-Result<optics::Environment> read_sky(const JobOptions& options, const JobInput& input) {
+/// Pixels this many times as bright as the mean are a sun, ...
+constexpr double kSun = 100;
+/// ... of which is told from this share of all light on.
+constexpr double kSunShare = 0.2;
+
+/// Hemisphere rays seldom meet a sun in a picture.
+void warn_of_sun(const image::ImageRgb& map, std::vector<std::string>& warnings) {
+  const auto over_sphere = [&](auto value) {
+    double sum = 0;
+    for (int y = 0; y < map.height; ++y) {
+      const double height = std::sin(kPiDouble * (y + 0.5) / map.height);
+      for (int x = 0; x < map.width; ++x) {
+        const Rgb& pixel = map.at(x, y);
+        sum += height *
+               value(std::clamp(static_cast<double>(pixel.sum()), 0.0, 3 * optics::kMostRadiance));
+      }
+    }
+    return sum;
+  };
+  const double whole = over_sphere([](double) { return 1.0; });
+  const double light = over_sphere([](double v) { return v; });
+  if (!(light > 0)) return;
+  const double bright = kSun * light / whole;
+  const double share = over_sphere([&](double v) { return v > bright ? v : 0.0; }) / light;
+  if (share < kSunShare) return;
+  const double size = over_sphere([&](double v) { return v > bright ? 1.0 : 0.0; }) / whole;
+  char text[256];
+  std::snprintf(
+      text, sizeof text,
+      "the sky picture has a sun (%.0f %% of its light in %.2g %% of the sphere), which rays "
+      "seldom meet: for small errors take it out and give it as a directional light",
+      100 * share, 100 * size);
+  warnings.emplace_back(text);
+}
+
+Result<optics::Environment> read_sky(const JobOptions& options, const JobInput& input,
+                                     std::vector<std::string>& warnings) {
   if (options.sky_file.empty()) {
     return optics::Environment(Rgb::grey(static_cast<float>(options.sky_nits)));
   }
@@ -17,6 +57,7 @@ Result<optics::Environment> read_sky(const JobOptions& options, const JobInput& 
   }
   LB_ASSIGN_OR_RETURN(const Bytes bytes, read_file(file->second));
   LB_ASSIGN_OR_RETURN(image::ImageRgb map, image::decode_image_rgb(bytes, options.sky_file));
+  warn_of_sun(map, warnings);
   return optics::Environment(std::move(map));
 }
 
@@ -58,7 +99,7 @@ Result<Prepared> prepare(const JobOptions& options, const JobInput& input, Stage
   LB_ASSIGN_OR_RETURN(p.document, gltf::read_document(input.files, input.scene));
   LB_ASSIGN_OR_RETURN(scene::Scene scene, scene_in::read_scene(p.document));
   p.scene = std::make_unique<scene::Scene>(std::move(scene));
-  LB_ASSIGN_OR_RETURN(p.sky, read_sky(options, input));
+  LB_ASSIGN_OR_RETURN(p.sky, read_sky(options, input, p.scene->warnings));
   if (progress.cancelled()) return cancelled();
 
   clock.start("hierarchy");

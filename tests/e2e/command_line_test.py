@@ -10,10 +10,14 @@ import subprocess
 import sys
 import time
 
+import numpy as np
+
 import programs
 from programs import lightbatch
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "peers"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "truth"))
+import hdr_file  # noqa: E402
 import structure  # noqa: E402
 
 SMALL = ["--texels-per-metre", "16", "--lightmap-size", "256", "--target-error", "10%"]
@@ -58,6 +62,17 @@ class CommandLine(programs.WithFolder):
         for name in runs:
             self.assertEqual(digests(self.path(name)), first, name)
         self.assertEqual(daemon.stop(), 0)
+
+    def test_a_sun_in_the_sky_picture_is_told(self):
+        scene = self.write("room.glb", programs.room_glb())
+        for name, sun in (("grey", 1000), ("sunny", 1e8)):
+            sky = np.full((32, 64, 3), 1000.0)
+            sky[5, 20] = sun
+            hdr_file.write(self.path(name + ".hdr"), sky)
+            plan = lightbatch("plan", scene, "-q", "--json", "--sky", self.path(name + ".hdr"))
+            self.assertEqual(plan.returncode, 0, plan.stderr)
+            warned = [w for w in json.loads(plan.stdout)["report"]["warnings"] if "has a sun" in w]
+            self.assertEqual(len(warned), 1 if name == "sunny" else 0, name)
 
     def test_other_commands(self):
         scene = self.write("room.glb", programs.room_glb())
