@@ -132,7 +132,7 @@ Rgb PathTracer::from_triangle(const Vertex& at, const LightTree::Pick& pick, Vec
     if (!optics_->double_sided(triangle)) return {};
     normal = -normal;
   }
-  const Vec3f towards = straight + normal * optics::lift_near(optics::magnitude(point), lift_);
+  const Vec3f towards = straight + normal * optics::lift_at_lamp(point, lift_);
   const double d2 = static_cast<double>(dot(towards, towards));
   const double d = std::sqrt(d2);
   const double cos_here = static_cast<double>(dot(at.frame.normal, towards)) / d;
