@@ -91,7 +91,7 @@ PathTracer::PathTracer(const rays::Caster& caster, const optics::Optics& optics,
     : caster_(&caster),
       optics_(&optics),
       sky_(&sky),
-      lights_(optics.scene(), optics, {traced.points, traced.spots, traced.suns, traced.emitters}),
+      lights_(optics.scene(), optics, traced.lights),
       lift_(optics::lift_of(optics.scene())),
       filtered_(optics.filtered_count() > 0),
       sample_sky_(!sky.is_black() && !sky.is_uniform()),
@@ -196,7 +196,7 @@ Rgb PathTracer::direct(const Vertex& at, bool punctual, Numbers& numbers,
 /// Irradiance by a cosine ray that met an emitter (with its share of the weights).
 Rgb PathTracer::emitted(const rays::Hit& hit, float distance, const Vertex& from,
                         float cosine) const {
-  if (!traced_.emitters || !optics_->emits(hit.triangle) ||
+  if (!traced_.lights.emitters || !optics_->emits(hit.triangle) ||
       (hit.back && !optics_->double_sided(hit.triangle))) {
     return {};
   }

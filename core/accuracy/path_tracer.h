@@ -29,12 +29,9 @@ PointSource among(std::vector<SurfacePoint> points);
 
 /// What of the light is traced: all, unless a part was switched off.
 struct TracedLight {
+  LightTree::Kinds lights;
   /// What arrives from punctual lights without a bounce.
   bool punctual_direct = true;
-  bool points = true;
-  bool spots = true;
-  bool suns = true;
-  bool emitters = true;
   bool interreflection = true;
   bool shadows = true;  // of lights
 };

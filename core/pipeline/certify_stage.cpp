@@ -81,10 +81,10 @@ accuracy::PathTracer tracer_of(const JobOptions& options, const Prepared& p) {
   using plan::Effect;
   accuracy::TracedLight traced;
   traced.punctual_direct = options.lights == LightsPolicy::kRemove;
-  traced.points = p.effects.on(Effect::kPointLights);
-  traced.spots = p.effects.on(Effect::kSpotLights);
-  traced.suns = p.effects.on(Effect::kDirectionalLights);
-  traced.emitters = p.effects.on(Effect::kEmitters);
+  traced.lights.points = p.effects.on(Effect::kPointLights);
+  traced.lights.spots = p.effects.on(Effect::kSpotLights);
+  traced.lights.suns = p.effects.on(Effect::kDirectionalLights);
+  traced.lights.emitters = p.effects.on(Effect::kEmitters);
   traced.interreflection = p.effects.on(Effect::kInterreflection);
   traced.shadows = p.effects.on(Effect::kShadows);
   return {*p.caster, *p.optics, p.sky, traced};

@@ -10,12 +10,6 @@ namespace {
 
 using plan::Effect;
 
-radiosity::ElementOptions with_caster(radiosity::ElementOptions options,
-                                      const rays::Caster& caster) {
-  options.caster = &caster;
-  return options;
-}
-
 /// Memory that light by group may take.
 constexpr std::uint64_t kMostGroupedBytes = std::uint64_t{1} << 30;
 /// Values of a texel or an element by group that are there at one time.
@@ -31,7 +25,7 @@ FirstStage::FirstStage(const JobOptions& job, const Prepared& p,
                p.effects.on(Effect::kDirectionalLights), p.effects.on(Effect::kEmitters),
                job.lights == LightsPolicy::kRemove}),
       direct(*p.optics, *p.caster, sources, p.effects.on(Effect::kShadows)),
-      elements(*p.scene, p.tree, *p.optics, with_caster(settings.elements, *p.caster)),
+      elements(*p.scene, p.tree, *p.optics, settings.elements, p.caster.get()),
       lookup(*p.scene, *p.caster, elements, direct.lift()),
       options(settings.solver) {
   options.interreflection = p.effects.on(Effect::kInterreflection);

@@ -118,7 +118,7 @@ struct Elements::Plan {
 };
 
 Elements::Elements(const Scene& scene, const Hierarchy& tree, const optics::Optics& optics,
-                   const ElementOptions& options)
+                   const ElementOptions& options, const rays::Caster* caster)
     : edge_(options.edge), faces_(scene.triangles.size()) {
   LB_CHECK(options.edge > 0, "the element edge is positive");
   Plan plan(scene, edge_);
@@ -126,7 +126,7 @@ Elements::Elements(const Scene& scene, const Hierarchy& tree, const optics::Opti
     edge_ *= 1.25;
     plan = Plan(scene, edge_);
   }
-  add_groups(scene, tree, optics, options.caster, plan);
+  add_groups(scene, tree, optics, caster, plan);
   first_cell_ = count();
   add_cells(scene, optics, plan);
   reflectance_.resize(area_.size());

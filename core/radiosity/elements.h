@@ -23,9 +23,6 @@ struct ElementOptions {
   double edge = 0.2;
   /// At most about this many elements; the edge grows until they fit.
   std::uint64_t max_elements = 4'000'000;
-  /// Where given, groups do not hold together what lies open and what is covered close by: outer
-  /// and inner shells of a small closed solid, hidden and open sides in a stack.
-  const rays::Caster* caster = nullptr;
 };
 
 /// A point on one side of a triangle.
@@ -42,8 +39,11 @@ struct ElementPoint {
 /// Immutable; thread-safe.
 class Elements {
  public:
+  /// caster: where given, groups do not hold together what lies open and what is covered close by:
+  /// outer and inner shells of a small closed solid, hidden and open sides in a stack.
   Elements(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
-           const optics::Optics& optics, const ElementOptions& options);
+           const optics::Optics& optics, const ElementOptions& options,
+           const rays::Caster* caster = nullptr);
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(area_.size()); }
   double edge() const { return edge_; }

@@ -171,10 +171,10 @@ TEST(PathTracer, WhatIsSwitchedOffIsNotTraced) {
   double parts = 0;
   for (int kind = 0; kind < 4; ++kind) {
     TracedLight one;
-    one.points = kind == 0;
-    one.spots = kind == 1;
-    one.suns = kind == 2;
-    one.emitters = kind == 3;
+    one.lights.points = kind == 0;
+    one.lights.spots = kind == 1;
+    one.lights.suns = kind == 2;
+    one.lights.emitters = kind == 3;
     parts += light(one);
   }
   EXPECT_NEAR(parts / all, 1, 0.02);  // the noise of 65,536 paths
@@ -186,7 +186,7 @@ TEST(PathTracer, WhatIsSwitchedOffIsNotTraced) {
   // The ceiling shades the room from the sun.
   EXPECT_GT(light(unshadowed), light(direct) + 1);
   TracedLight none = direct;
-  none.points = none.spots = none.suns = none.emitters = false;
+  none.lights = {false, false, false, false};
   EXPECT_EQ(light(none), 0);
 }
 

@@ -66,7 +66,7 @@ TEST(Elements, ShellsOfASolidAreApart) {
       kit.box({-0.001f, -0.001f, -0.001f}, {0.081f, 0.081f, 0.081f}, grey, false);
   kit.finish();
   const auto cut = [&](const rays::Caster* caster) {
-    return Elements(kit.scene(), kit.tree(), kit.optics(), ElementOptions{0.3, 1000, caster});
+    return Elements(kit.scene(), kit.tree(), kit.optics(), ElementOptions{0.3, 1000}, caster);
   };
   const auto shares = [&](const Elements& elements) {
     int shared = 0;
