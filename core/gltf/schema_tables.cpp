@@ -118,7 +118,7 @@ constexpr Property kNode[] = {index("camera", "cameras"),
 constexpr Property kSampler[] = {choice("magFilter", kMagFilters), choice("minFilter", kMinFilters),
                                  choice("wrapS", kWraps), choice("wrapT", kWraps), text("name")};
 constexpr ObjectSchema kSamplerSchema{"sampler", kSampler};
-constexpr Property kScene[] = {indices("nodes", "nodes", 0), text("name")};
+constexpr Property kScene[] = {indices("nodes", "nodes"), text("name")};
 constexpr ObjectSchema kSceneSchema{"scene", kScene};
 constexpr Property kSkin[] = {index("inverseBindMatrices", "accessors"), index("skeleton", "nodes"),
                               required(indices("joints", "nodes")), text("name")};
