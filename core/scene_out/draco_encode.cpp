@@ -18,6 +18,7 @@
 #include "core/base/parallel.h"
 #include "core/gltf/accessor.h"
 #include "core/gltf/draco_types.h"
+#include "core/scene_out/corners.h"
 #include "core/scene_out/json_access.h"
 #include "core/scene_out/pack.h"
 #include "core/scene_out/references.h"
@@ -35,6 +36,9 @@ constexpr float kTangentStep = 1.0f / 2048;
 /// Beyond, steps and places on the grid would not be exact in float.
 constexpr int kMostBits = 22;
 
+/// Bytes of a stream before its triangles, at most.
+constexpr std::size_t kHeaderBytes = 32;
+
 /// Values of one attribute on a grid, or all of their bits.
 struct Grid {
   int bits = 0;  // 0: exact
@@ -48,6 +52,9 @@ struct Stream {
   std::vector<AttributeType> types;
   std::vector<Bytes> data;
   std::vector<std::uint32_t> corners;
+  std::size_t points = 0;
+  bool thinned = false;  // vertices were dropped
+  Json position_bounds;  // of a thinned stream: min and max
   std::vector<Json*> primitives;
   std::vector<Grid> grids;        // by attribute
   std::vector<std::uint32_t> id;  // by attribute, in the stream
@@ -141,10 +148,50 @@ void choose_grids(Stream& s, float step) {
   }
 }
 
+/// min and max of an accessor of these values.
+Json stored_bounds(AttributeType type, const Bytes& data) {
+  type.normalized = false;
+  Json low = Json::array(), high = Json::array();
+  for (std::size_t c = 0; c < static_cast<std::size_t>(type.components); ++c) {
+    double lowest = INFINITY, highest = -INFINITY;
+    for (std::size_t at = 0; at < data.size(); at += type.bytes()) {
+      const double value = component(type, data.data() + at, c);
+      lowest = std::min(lowest, value);
+      highest = std::max(highest, value);
+    }
+    const bool whole = type.component_type != 5126;
+    low.push_back(whole ? Json(static_cast<std::int64_t>(lowest)) : Json(lowest));
+    high.push_back(whole ? Json(static_cast<std::int64_t>(highest)) : Json(highest));
+  }
+  return {{"min", std::move(low)}, {"max", std::move(high)}};
+}
+
+/// Drops vertices that no triangle has: decoders refuse streams of more points than corners, and
+/// primitives that share vertices would each hold all of them.
+void drop_unused(Stream& s) {
+  s.points = s.data.front().size() / s.types.front().bytes();
+  std::vector<std::uint32_t> number(s.points, kNone);
+  for (const std::uint32_t corner : s.corners) number[corner] = 0;
+  std::uint32_t kept = 0;
+  for (std::uint32_t& n : number)
+    if (n != kNone) n = kept++;
+  s.thinned = kept < s.points;
+  if (!s.thinned) return;
+  for (std::uint32_t& corner : s.corners) corner = number[corner];
+  for (std::size_t a = 0; a < s.types.size(); ++a) {
+    const std::size_t size = s.types[a].bytes();
+    for (std::size_t v = 0; v < s.points; ++v)
+      if (number[v] != kNone)
+        std::memmove(s.data[a].data() + number[v] * size, s.data[a].data() + v * size, size);
+    s.data[a].resize(kept * size);
+    if (s.types[a].name == "POSITION") s.position_bounds = stored_bounds(s.types[a], s.data[a]);
+  }
+  s.points = kept;
+}
+
 void encode(Stream& s) {
   draco::Mesh mesh;
-  const std::size_t points = s.data.front().size() / s.types.front().bytes();
-  mesh.set_num_points(static_cast<std::uint32_t>(points));
+  mesh.set_num_points(static_cast<std::uint32_t>(s.points));
   mesh.SetNumFaces(s.corners.size() / 3);
   for (std::uint32_t f = 0; f < mesh.num_faces(); ++f)
     mesh.SetFace(draco::FaceIndex(f),
@@ -156,7 +203,7 @@ void encode(Stream& s) {
     draco::PointAttribute attribute;
     attribute.Init(semantic(type), static_cast<std::int8_t>(type.components),
                    gltf::draco_type_of(static_cast<std::uint32_t>(type.component_type)),
-                   type.normalized, points);
+                   type.normalized, s.points);
     attribute.buffer()->Write(0, s.data[a].data(), s.data[a].size());
     ids.push_back(mesh.AddAttribute(std::make_unique<draco::PointAttribute>(std::move(attribute))));
     s.id.push_back(mesh.attribute(ids.back())->unique_id());
@@ -176,6 +223,12 @@ void encode(Stream& s) {
   }
   draco::EncoderBuffer out;
   s.ok = encoder.EncodeToBuffer(&out).ok();
+  // Decoders refuse streams of fewer than 3 bytes a triangle; what is stored plainly has as many.
+  if (s.ok && out.size() < 3 * (mesh.num_faces() + kHeaderBytes)) {
+    out.Clear();
+    encoder.options().SetGlobalBool("compress_connectivity", false);
+    s.ok = encoder.EncodeToBuffer(&out).ok();
+  }
   const auto* raw = reinterpret_cast<const std::byte*>(out.data());
   s.bytes.assign(raw, raw + out.size());
 }
@@ -190,6 +243,11 @@ void attach(Json& root, Stream& s, std::uint32_t view) {
   Json attributes = Json::object(), ids = Json::object();
   for (std::size_t a = 0; a < s.types.size(); ++a) {
     const std::uint32_t index = clone(s.attributes.at(s.types[a].name));
+    if (s.thinned) {
+      root["accessors"][index]["count"] = s.points;
+      for (const char* key : {"min", "max"}) root["accessors"][index].erase(key);
+      if (s.types[a].name == "POSITION") root["accessors"][index].update(s.position_bounds);
+    }
     attributes[s.types[a].name] = index;
     ids[s.types[a].name] = s.id[a];
     const Grid& grid = s.grids[a];
@@ -243,6 +301,7 @@ Result<Bytes> compress_draco(Json& root, const Json& before, Bytes binary) {
   const float step = position_step(streams);
   parallel_for(streams.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      drop_unused(streams[i]);
       choose_grids(streams[i], step);
       encode(streams[i]);
       streams[i].data.clear();

@@ -124,9 +124,11 @@ std::uint32_t BakedMaterials::add(std::uint32_t material, Json clone) {
 
 std::uint32_t BakedMaterials::with_lightmap(std::uint32_t material, std::uint32_t page,
                                             std::uint32_t moved_set) {
-  const auto [it, fresh] = lightmapped_.try_emplace({material, page, moved_set}, 0);
+  const auto [it, fresh] = lightmapped_.try_emplace({material, page, moved_set}, material);
   if (!fresh) return it->second;
   Json clone = copy_of(material);
+  const bool unlit = extension(clone, "KHR_materials_unlit") != nullptr;
+  if (unlit && moved_set == kNone) return material;
   if (moved_set != kNone)
     for_each_texture(clone, [&](Json& info) {
       if (set_of(info) != 1) return;
@@ -134,8 +136,9 @@ std::uint32_t BakedMaterials::with_lightmap(std::uint32_t material, std::uint32_
       if (Json* transform = const_cast<Json*>(extension(info, kTransform)))
         if (transform->contains("texCoord")) (*transform)["texCoord"] = moved_set;
     });
-  clone["extensions"][kLightmap] = {
-      {"index", textures_.at(page)}, {"texCoord", 1}, {"intensity", intensity_.at(page)}};
+  if (!unlit)
+    clone["extensions"][kLightmap] = {
+        {"index", textures_.at(page)}, {"texCoord", 1}, {"intensity", intensity_.at(page)}};
   it->second = add(material, std::move(clone));
   return it->second;
 }

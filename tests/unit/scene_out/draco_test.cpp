@@ -110,6 +110,55 @@ TEST(Draco, RoundsTangentsAndKeepsTheirSigns) {
   EXPECT_EQ(compared, 4u * 24 * 4);
 }
 
+TEST(Draco, VerticesWithoutATriangleAreDropped) {
+  // Decoders refuse streams of more points than corners; a node that is animated keeps its mesh.
+  FileBuilder file = grid(2);
+  const Json cube = file.cube();
+  Json corner = cube;
+  corner["indices"] = file.accessor(std::vector<std::uint16_t>{20, 21, 22}, 5123, "SCALAR");
+  const std::uint32_t node = file.node({{"mesh", file.mesh({corner})}, {"name", "corner"}});
+  const std::uint32_t times = file.accessor(std::vector<float>{0, 1}, 5126, "SCALAR");
+  file.json["accessors"][times].update(Json{{"min", {0}}, {"max", {1}}});
+  const std::uint32_t ways = file.accessor(std::vector<float>{0, 0, 0, 1, 0, 0}, 5126, "VEC3");
+  Json animation;
+  animation["samplers"] = {{{"input", times}, {"output", ways}}};
+  animation["channels"] = {{{"sampler", 0}, {"target", {{"node", node}, {"path", "translation"}}}}};
+  file.json["animations"] = {animation};
+  WriteOptions options;
+  options.compression = Compression::kDraco;
+  const Loaded in = load(file.glb());
+  const auto out = testing::read(write(in, true, nullptr, {}, options).glb);
+  const Json& kept = out.json["meshes"][out.json["nodes"][node]["mesh"].get<std::size_t>()];
+  const std::uint32_t accessor = kept["primitives"][0]["attributes"]["POSITION"];
+  const auto before = *gltf::read_values(in.document, cube["attributes"]["POSITION"]);
+  const auto after = *gltf::read_values(out, accessor);
+  ASSERT_EQ(after.count(), 3u);
+  std::vector<float> low(3, 9), high(3, -9);
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_NEAR(after.data[i], before.data[60 + i], 1e-3);
+    low[i % 3] = std::min(low[i % 3], after.data[i]);
+    high[i % 3] = std::max(high[i % 3], after.data[i]);
+  }
+  EXPECT_EQ(out.json["accessors"][accessor]["min"].get<std::vector<float>>(), low);
+  EXPECT_EQ(out.json["accessors"][accessor]["max"].get<std::vector<float>>(), high);
+}
+
+TEST(Draco, TrianglesThatPackWellAreStoredPlainly) {
+  // Many triangles on one spot: decoders refuse streams of fewer than 3 bytes a triangle.
+  FileBuilder file;
+  std::vector<std::uint16_t> indices;
+  for (int i = 0; i < 1000; ++i) indices.insert(indices.end(), {0, 1, 2});
+  Json pile{{"attributes", {{"POSITION", file.positions({0, 0, 0, 1, 0, 0, 0, 1, 0})}}}};
+  pile["indices"] = file.accessor(indices, 5123, "SCALAR");
+  file.node({{"mesh", file.mesh({pile})}});
+  WriteOptions options;
+  options.compression = Compression::kDraco;
+  const auto out = testing::read(write(load(file.glb()), true, nullptr, {}, options).glb);
+  EXPECT_TRUE(out.had_draco);
+  EXPECT_EQ(gltf::read_indices(out, out.json["meshes"][0]["primitives"][0]["indices"])->size(),
+            3000u);
+}
+
 TEST(Draco, LeavesWhatItCannotHold) {
   FileBuilder file = grid(2);
   Json morphed = file.cube();

@@ -185,6 +185,27 @@ TEST(Keep, VariantsKeepTheirMappings) {
   }
 }
 
+TEST(Keep, UnlitVariantsGetNoLightmap) {
+  FileBuilder file;
+  Json unlit{{"name", "screen"}};
+  unlit["extensions"]["KHR_materials_unlit"] = Json::object();
+  file.json["materials"] = {{{"name", "red"}}, unlit};
+  Json cube = file.cube();
+  cube["material"] = 0;
+  cube["extensions"]["KHR_materials_variants"]["mappings"] = {{{"material", 1}, {"variants", {0}}}};
+  file.node({{"mesh", file.mesh({cube})}});
+  file.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "on"}}};
+  file.json["extensionsUsed"] = {"KHR_materials_variants", "KHR_materials_unlit"};
+  for (const bool batches : {false, true}) {
+    const Json out = written(file, batches, true);
+    const Json& p = out["meshes"][0]["primitives"][0];
+    const Json& mapping = p["extensions"]["KHR_materials_variants"]["mappings"][0];
+    EXPECT_EQ(out["materials"][mapping["material"].get<std::size_t>()], unlit);
+    const Json& own = out["materials"][p["material"].get<std::size_t>()];
+    EXPECT_TRUE(own["extensions"].contains("MOZ_lightmap"));
+  }
+}
+
 FileBuilder lamp_file() {
   FileBuilder file;
   file.node({{"mesh", file.mesh({file.cube()})}});
