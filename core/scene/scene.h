@@ -123,7 +123,7 @@ struct Skipped {
   std::uint32_t node = kNone;
   std::uint32_t mesh = kNone;
   std::uint32_t primitive = kNone;
-  std::string reason;  // "skinned", "morph targets", "animated", "LINES", "POINTS", "no positions"
+  std::string reason;  // "skinned", "morph targets", "animated", "hidden", "LINES", "POINTS", ...
 };
 
 /// A skinned, morphing or animated primitive. It is no part of the static scene: probes light it.

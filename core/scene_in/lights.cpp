@@ -50,6 +50,10 @@ Status read_lights(const gltf::Document& document, const tinygltf::Model& model,
     const gltf::Json& node = document.json["nodes"][placed.node];
     const gltf::Json* found = gltf::extension_of(node, "KHR_lights_punctual");
     if (found == nullptr) continue;
+    if (placed.hidden) {
+      scene.skipped.push_back({.node = placed.node, .reason = "hidden"});
+      continue;
+    }
     scene::Light light;
     light.node = placed.node;
     light.gltf_index = gltf::index_field(*found, "light");

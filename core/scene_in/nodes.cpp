@@ -22,6 +22,13 @@ Affine local_transform(const Json& node) {
   return trs_of(node).matrix();
 }
 
+bool hides(const Json& node) {
+  const Json* visibility = gltf::extension_of(node, "KHR_node_visibility");
+  if (visibility == nullptr) return false;
+  const auto visible = visibility->find("visible");
+  return visible != visibility->end() && *visible == false;
+}
+
 bool is_finite_transform(const Affine& m) {
   return is_finite(m.x) && is_finite(m.y) && is_finite(m.z) && is_finite(m.t);
 }
@@ -145,20 +152,24 @@ Result<NodeTree> read_nodes(const gltf::Document& document) {
   if (scenes.empty()) return tree;
   const Json& nodes = gltf::list_field(document.json, "nodes");
   const Json& scene = scenes[gltf::unsigned_field(document.json, "scene")];
-  std::vector<std::uint32_t> pending;
-  const auto push_reversed = [&pending](const Json& list) {
-    for (std::size_t i = list.size(); i-- > 0;) pending.push_back(list[i].get<std::uint32_t>());
+  std::vector<PlacedNode> pending;
+  const auto push_reversed = [&](const Json& list, bool hidden) {
+    for (std::size_t i = list.size(); i-- > 0;) {
+      const auto node = list[i].get<std::uint32_t>();
+      pending.push_back({node, animated[node], hidden || hides(nodes[node])});
+    }
   };
-  push_reversed(gltf::list_field(scene, "nodes"));
+  push_reversed(gltf::list_field(scene, "nodes"), false);
   while (!pending.empty()) {
-    const std::uint32_t node = pending.back();
+    const PlacedNode placed = pending.back();
+    const std::uint32_t node = placed.node;
     pending.pop_back();
     if (has_no_area(tree.world[node])) {
       ++tree.zero_scale;
       continue;
     }
-    tree.placed.push_back({node, animated[node]});
-    push_reversed(gltf::list_field(nodes[node], "children"));
+    tree.placed.push_back(placed);
+    push_reversed(gltf::list_field(nodes[node], "children"), placed.hidden);
   }
   return tree;
 }

@@ -15,6 +15,7 @@ namespace lightbatch::scene_in {
 struct PlacedNode {
   std::uint32_t node = 0;
   bool animated = false;  // itself or an ancestor is the target of an animation
+  bool hidden = false;    // by KHR_node_visibility, its own or an ancestor's
 };
 
 /// A node's own transform in parts.

@@ -72,7 +72,7 @@ class SceneReader {
       const bool instanced = gltf::extension_of(node, "EXT_mesh_gpu_instancing") != nullptr;
       const Json& primitives = json_["meshes"][mesh]["primitives"];
       for (std::uint32_t p = 0; p < primitives.size(); ++p) {
-        std::string reason = undrawable(primitives[p]);
+        std::string reason = placed.hidden ? "hidden" : undrawable(primitives[p]);
         if (reason.empty()) {
           reason = moving(placed, primitives[p]);
           if (!reason.empty()) {

@@ -108,9 +108,9 @@ Bytes compress_views(Json& root, const Json& before, Bytes binary) {
     plain += length;
   }
   if (plain == 0) return binary;
-  root["buffers"] = Json::array(
-      {Json{{"byteLength", packed.size()}},
-       Json{{"byteLength", plain}, {"extensions", {{kMeshopt, {{"fallback", true}}}}}}});
+  root["buffers"][0]["byteLength"] = packed.size();
+  root["buffers"].push_back(
+      Json{{"byteLength", plain}, {"extensions", {{kMeshopt, {{"fallback", true}}}}}});
   declare_extension(root, "extensionsUsed", kMeshopt);
   declare_extension(root, "extensionsRequired", kMeshopt);
   return packed;

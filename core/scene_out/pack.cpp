@@ -136,8 +136,12 @@ Bytes pack(Json& root, const Json& before, std::span<const Bytes* const> buffers
   for_each_view(root, [&](Json& slot) { renumber(slot, view_number); });
 
   for (const char* key : {"accessors", "bufferViews"}) drop_if_empty(root, key);
+  Json buffer{{"byteLength", binary.size()}};
+  if (count_of(root, "buffers") > 0)
+    for (const char* key : {"name", "extras"})
+      if (const Json* value = member(root["buffers"][0], key)) buffer[key] = *value;
   root.erase("buffers");
-  if (!binary.empty()) root["buffers"] = Json::array({Json{{"byteLength", binary.size()}}});
+  if (!binary.empty()) root["buffers"] = Json::array({std::move(buffer)});
   return binary;
 }
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string>
@@ -106,6 +108,32 @@ std::string own_attribute(const Json& node) {
   return {};
 }
 
+/// Whether any(material) holds for the primitive's material or that of a variant.
+template <typename Any>
+bool any_material(const Json& primitive, const Any& any) {
+  if (any(index_at(primitive, "material"))) return true;
+  const Json* variants = extension(primitive, "KHR_materials_variants");
+  const Json* mappings = variants == nullptr ? nullptr : member(*variants, "mappings");
+  if (mappings == nullptr) return false;
+  return std::any_of(mappings->begin(), mappings->end(),
+                     [&](const Json& mapping) { return any(index_at(mapping, "material")); });
+}
+
+/// KHR_materials_volume measures its thickness in the coordinates of the mesh.
+bool has_thickness(const Json& root, std::uint32_t material) {
+  if (material == kNone) return false;
+  const Json* volume = extension(root.at("materials").at(material), "KHR_materials_volume");
+  const Json* thickness = volume == nullptr ? nullptr : member(*volume, "thicknessFactor");
+  return thickness != nullptr && thickness->is_number() && thickness->get<double>() != 0;
+}
+
+bool is_scaled(const Affine& m) {
+  constexpr double kRounding = 1e-5;
+  for (const Vec3d& axis : {m.x, m.y, m.z})
+    if (std::abs(length(axis) - 1) > kRounding) return true;
+  return false;
+}
+
 bool all_charted(const atlas::Layout& layout, const scene::Object& object) {
   for (std::uint32_t k = 0; k < object.triangle_count; ++k)
     if (layout.chart_of[object.first_triangle + k] == kNone) return false;
@@ -152,6 +180,13 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
     if (object.instance != kNone)
       if (const std::string name = own_attribute(root.at("nodes").at(object.node)); !name.empty())
         traits[o].keep = "attribute " + name + " of GPU instances";
+    if (const Json* extensions = member(root.at("meshes").at(object.mesh), "extensions"))
+      for (const auto& [name, value] : extensions->items())
+        traits[o].keep = "mesh extension " + name;
+    if (is_scaled(object.to_world) && any_material(primitive, [&](std::uint32_t material) {
+          return has_thickness(root, material);
+        }))
+      traits[o].keep = "thickness of its volume is scaled by its node";
     if (const Json* extensions = member(primitive, "extensions"))
       for (const auto& [name, value] : extensions->items()) {
         if (name != "KHR_materials_variants")

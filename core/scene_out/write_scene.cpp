@@ -1,5 +1,9 @@
 #include "core/scene_out/write_scene.h"
 
+#include <algorithm>
+#include <cctype>
+#include <string>
+
 #include "core/gltf/glb_writer.h"
 #include "core/image/codecs.h"
 #include "core/scene_out/batch_meshes.h"
@@ -36,8 +40,9 @@ Json add_pages(Writer& w, const LightmapImages& images) {
   return numbers;
 }
 
-const char* mime_type(image::Format format) {
-  switch (format) {
+/// By what the file is, says, or is called; empty for a data URI of nothing known.
+std::string mime_type(const Json& image, const Bytes& bytes) {
+  switch (image::detect_format(bytes)) {
     case image::Format::kPng:
       return "image/png";
     case image::Format::kJpeg:
@@ -47,8 +52,14 @@ const char* mime_type(image::Format format) {
     case image::Format::kKtx2:
       return "image/ktx2";
     default:
-      return nullptr;
+      break;
   }
+  if (const Json* stated = member(image, "mimeType")) return *stated;
+  const std::string uri = image.at("uri");
+  if (uri.starts_with("data:")) return {};
+  std::string kind = uri.substr(std::min(uri.find_last_of("./") + 1, uri.size()));
+  for (char& c : kind) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return kind == "dds" ? "image/vnd-ms.dds" : "image/" + kind;
 }
 
 /// Images from other files and data URIs move into the file.
@@ -59,10 +70,10 @@ void embed_images(Writer& w) {
     Json& image = (*images)[i];
     const Bytes& bytes = w.document.images[i];
     if (!image.contains("uri") || bytes.empty()) continue;
-    const char* type = mime_type(image::detect_format(bytes));
-    if (type == nullptr) continue;
+    std::string type = mime_type(image, bytes);
+    if (type.empty()) continue;
     image["bufferView"] = w.binary.add_file(bytes);
-    image["mimeType"] = type;
+    image["mimeType"] = std::move(type);
     image.erase("uri");
   }
 }

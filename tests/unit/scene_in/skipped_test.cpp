@@ -65,6 +65,30 @@ TEST(Skipped, AnimationPointersMoveNodesToo) {
   EXPECT_TRUE(read(builder).skipped.empty());
 }
 
+TEST(Skipped, HiddenNodesAndAllBelow) {
+  SceneBuilder builder;
+  builder.square();
+  Json lamp;
+  lamp["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  builder.json["nodes"] = {{{"children", {1, 3}}}, {{"mesh", 0}}, {{"mesh", 0}}, lamp};
+  Json& visibility = builder.json["nodes"][0]["extensions"]["KHR_node_visibility"];
+  builder.json["scenes"][0]["nodes"] = {0, 2};
+  builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+  builder.json["extensionsUsed"] = {"KHR_node_visibility", "KHR_lights_punctual"};
+  visibility["visible"] = true;
+  EXPECT_EQ(read(builder).objects.size(), 2u);
+  EXPECT_EQ(read(builder).lights.size(), 1u);
+  visibility["visible"] = false;
+  const scene::Scene scene = read(builder);
+  ASSERT_EQ(scene.objects.size(), 1u);
+  EXPECT_EQ(scene.objects[0].node, 2u);
+  EXPECT_TRUE(scene.lights.empty());
+  ASSERT_EQ(scene.skipped.size(), 2u);
+  EXPECT_EQ(scene.skipped[0].node, 1u);
+  EXPECT_EQ(scene.skipped[0].reason, "hidden");
+  EXPECT_EQ(scene.skipped[1].node, 3u);
+}
+
 TEST(Skipped, MorphTargetsWidenTheBox) {
   SceneBuilder builder;
   builder.square();

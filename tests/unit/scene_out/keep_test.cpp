@@ -206,6 +206,64 @@ TEST(Keep, UnlitVariantsGetNoLightmap) {
   }
 }
 
+TEST(Keep, ExtensionsOfMeshes) {
+  FileBuilder file;
+  const std::uint32_t tagged = file.mesh({file.cube()});
+  file.json["meshes"][tagged]["extensions"]["VENDOR_tag"]["sku"] = "a-1";
+  file.json["extensionsUsed"] = {"VENDOR_tag"};
+  file.node({{"mesh", tagged}, {"name", "crate"}});
+  file.node({{"mesh", file.mesh({file.cube()})}, {"name", "wall"}});
+  for (const bool lit : {false, true}) {
+    const Json out = written(file, true, lit);
+    ASSERT_TRUE(named(out, "crate")->contains("mesh"));
+    const Json& mesh = out["meshes"][(*named(out, "crate"))["mesh"].get<std::size_t>()];
+    EXPECT_EQ(mesh["extensions"], file.json["meshes"][tagged]["extensions"]);
+    EXPECT_FALSE(named(out, "wall")->contains("mesh"));
+  }
+}
+
+TEST(Keep, ThicknessIsOfTheMesh) {
+  FileBuilder file;
+  Json glass;
+  glass["extensions"]["KHR_materials_volume"]["thicknessFactor"] = 0.1;
+  file.json["materials"] = {glass};
+  file.json["extensionsUsed"] = {"KHR_materials_volume"};
+  Json cube = file.cube();
+  cube["material"] = 0;
+  file.node({{"mesh", file.mesh({cube})}, {"name", "as made"}, {"rotation", {0, 1, 0, 0}}});
+  file.node({{"mesh", file.mesh({cube})}, {"name", "large"}, {"scale", {3, 3, 3}}});
+  const Json out = written(file);
+  EXPECT_FALSE(named(out, "as made")->contains("mesh"));
+  EXPECT_TRUE(named(out, "large")->contains("mesh"));
+}
+
+TEST(Keep, PicturesOfAnyFormatComeIntoTheFile) {
+  FileBuilder file;
+  file.node({{"mesh", file.mesh({file.cube()})}});
+  file.json["images"] = {{{"uri", "wood.AVIF"}}, {{"uri", "old.dds"}}};
+  file.json["buffers"][0].update(Json{{"name", "all"}, {"extras", {{"made", 1999}}}});
+  const auto folder = std::filesystem::temp_directory_path();
+  const auto glb = folder / ("keep_test_" + std::to_string(getpid()) + ".glb");
+  const auto picture = folder / ("keep_test_" + std::to_string(getpid()) + ".picture");
+  const Bytes bytes(7, std::byte{42});
+  ASSERT_TRUE(write_file(glb, file.glb()).ok() && write_file(picture, bytes).ok());
+  Loaded in;
+  in.document = *gltf::read_document(
+      {{"test.glb", glb}, {"wood.AVIF", picture}, {"old.dds", picture}}, "test.glb");
+  in.scene = *scene_in::read_scene(in.document);
+  const auto out = testing::read(write(in, true).glb);
+  std::filesystem::remove(glb);
+  std::filesystem::remove(picture);
+  EXPECT_EQ(out.json["images"][0]["mimeType"], "image/avif");
+  EXPECT_EQ(out.json["images"][1]["mimeType"], "image/vnd-ms.dds");
+  for (const Json& image : out.json["images"]) EXPECT_FALSE(image.contains("uri"));
+  ASSERT_EQ(out.images.size(), 2u);
+  EXPECT_EQ(out.images[0], bytes);
+  EXPECT_EQ(out.images[1], bytes);
+  EXPECT_EQ(out.json["buffers"][0]["name"], "all");
+  EXPECT_EQ(out.json["buffers"][0]["extras"], (Json{{"made", 1999}}));
+}
+
 FileBuilder lamp_file() {
   FileBuilder file;
   file.node({{"mesh", file.mesh({file.cube()})}});
