@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <optional>
 
 #include "client/cli/exit_code.h"
 #include "client/cli/job_request.h"
 #include "client/cli/output.h"
+#include "client/cli/output_place.h"
 #include "client/cli/progress_line.h"
 #include "client/cli/units.h"
 
@@ -84,6 +86,27 @@ Target choose_target(v1::JobKind kind, const JobWords& words) {
     target.folder = stem + ".baked";
   }
   return target;
+}
+
+/// What is wrong with the places that results shall go to, if anything.
+std::optional<std::string> try_output(v1::JobKind kind, const JobWords& words, OutputPlace& place) {
+  const Target target = choose_target(kind, words);
+  std::optional<std::string> complaint;
+  if (!target.folder.empty()) complaint = place.claim_folder(target.folder);
+  if (!complaint && !target.file.empty()) complaint = OutputPlace::check_file(target.file);
+  if (!complaint && !words.report.empty()) complaint = OutputPlace::check_file(words.report);
+  return complaint;
+}
+
+/// Files that options name are told under the names that the user gave.
+void name_files(const FileMap& files, v1::Job& job) {
+  if (!job.has_error()) return;
+  std::string& place = *job.mutable_error()->mutable_detail()->mutable_place();
+  for (const auto& [path, file] : files) {
+    if (!place.starts_with(path)) continue;
+    place.replace(0, path.size(), file.string());
+    return;
+  }
 }
 
 /// One file of the wanted kind takes the given name; several get theirs added to its stem.
@@ -211,6 +234,11 @@ int run_job_command(v1::JobKind kind, const JobWords& words, const ServerOptions
   if (!std::filesystem::exists(words.scene, ignored)) {
     return usage_error("there is no file " + words.scene);
   }
+  if (kind != v1::JOB_KIND_RELIGHT && std::filesystem::is_directory(words.scene, ignored)) {
+    return usage_error(words.scene + " is a folder; name the scene's file in it");
+  }
+  OutputPlace place;
+  if (const auto complaint = try_output(kind, words, place)) return usage_error(*complaint);
   auto opened = Session::open(server);
   if (!opened.ok()) return report_error(opened.error(), words.json);
   Session& session = **opened;
@@ -229,7 +257,10 @@ int run_job_command(v1::JobKind kind, const JobWords& words, const ServerOptions
   job = follow(session, job->name(), words.quiet);
   session.set_job({});
   if (!job.ok()) return report_error(job.error(), words.json);
-  if (job->state() != v1::JOB_STATE_SUCCEEDED) return report_ended(*job, words.json);
+  if (job->state() != v1::JOB_STATE_SUCCEEDED) {
+    name_files(wanted.extra_files, *job);
+    return report_ended(*job, words.json);
+  }
   const auto delivered = deliver(session, kind, words, *job);
   if (!delivered.ok()) return report_error(delivered.error(), words.json);
   if (!words.quiet) {

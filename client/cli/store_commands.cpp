@@ -6,6 +6,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/job_commands.h"
 #include "client/cli/output.h"
+#include "client/cli/output_place.h"
 #include "client/cli/progress_line.h"
 #include "core/generate/office.h"
 
@@ -104,6 +105,8 @@ int cancel_job(const ServerOptions& server, const std::string& job, bool json) {
 
 int fetch_job(const ServerOptions& server, const std::string& job, const std::string& folder,
               bool json, bool quiet) {
+  OutputPlace place;
+  if (const auto complaint = place.claim_folder(folder)) return usage_error(*complaint);
   auto opened = open_store(server, json);
   if (const int* code = std::get_if<int>(&opened)) return *code;
   Session& session = *std::get<0>(opened);

@@ -204,8 +204,17 @@ class CommandLine(programs.WithFolder):
         for words in [["bake"], ["bake", scene, "--target-error", "much"], ["roast", scene],
                       ["bake", self.path("missing.glb")], ["jobs"],
                       ["bake", scene, "--target-error", "2%", "--time-budget", "3s"],
-                      ["bake", scene, "--sky", self.path("missing.hdr")]]:
+                      ["bake", scene, "--sky", self.path("missing.hdr")], ["bake", self.folder],
+                      ["bake", scene, "-o", scene], ["bake", scene, "-o", scene + "/out"],
+                      ["bake", scene, "-o", self.path("new"), "--report", self.path("no/r.json")],
+                      ["hierarchy", scene, "-o", self.path("no/boxes.glb")]]:
             self.assertEqual(lightbatch(*words).returncode, 2, words)
+        self.assertFalse(os.path.exists(self.path("new")))
+        views = self.write("my views.json", b"[{}]")
+        unseen = lightbatch("bake", scene, "-q", "-o", self.path("a/b"), "--cameras", views)
+        self.assertEqual(unseen.returncode, 3, unseen.stderr)
+        self.assertIn("my views.json#/0", unseen.stderr)
+        self.assertFalse(os.path.exists(self.path("a")))
         self.assertEqual(lightbatch("jobs", "--server", "127.0.0.1:1").returncode, 5)
         self.assertEqual(lightbatch("--help").returncode, 0)
         self.assertEqual(lightbatch("bake", "--help").returncode, 0)
