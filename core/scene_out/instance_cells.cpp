@@ -47,15 +47,15 @@ Json json_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePart& part) {
+Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePart& part,
+                                                       std::uint32_t max_vertices) {
   const Json& source = w_.document.json.at("meshes").at(part.mesh);
-  if (part.whole && !part.coloured) {
-    if (source.at("primitives").size() == 1) return PartMesh{part.mesh, nullptr};
-    const std::uint32_t primitive = w_.scene.objects[part.pieces.front().object].primitive;
-    return PartMesh{w_.part_of_mesh(part.mesh, {primitive}), nullptr};
-  }
   const scene::Object& first = w_.scene.objects[part.pieces.front().object];
   LB_ASSIGN_OR_RETURN(const SourcePrimitive* front, w_.sources.get(first.mesh, first.primitive));
+  if (part.whole && !part.coloured && front->vertex_count() <= max_vertices) {
+    if (source.at("primitives").size() == 1) return PartMesh{part.mesh, nullptr};
+    return PartMesh{w_.part_of_mesh(part.mesh, {first.primitive}), nullptr};
+  }
   const CornerPlan plan = plan_corners(front->types, false, kNone);
   LB_ASSIGN_OR_RETURN(Gathered corners, gather(w_, part.pieces, plan, nullptr, false));
   if (part.coloured) corners.streams.push_back(colour_stream(w_, corners.rows_of_piece));
@@ -63,7 +63,7 @@ Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePa
   if (part.coloured) material = w_.materials.coloured(material);
   Json primitives = Json::array(), about = Json::array();
   for (const MeshData& mesh : build_meshes(std::move(corners.streams), std::move(corners.ranges),
-                                           kNone, std::move(corners.row_of))) {
+                                           max_vertices, std::move(corners.row_of))) {
     Json primitive = add_primitive(w_.binary, mesh.types, mesh.data, mesh.indices);
     if (material != kNone) primitive["material"] = material;
     const Json& model = source.at("primitives").at(first.primitive);
@@ -101,7 +101,7 @@ Result<Json> InstanceNodes::node_of(const batches::BatchPlan& plan,
                                     const batches::InstanceCell& cell) {
   const auto [part, fresh] = meshes_.try_emplace(cell.part);
   if (fresh) {
-    LB_ASSIGN_OR_RETURN(part->second, mesh_of(plan.parts[cell.part]));
+    LB_ASSIGN_OR_RETURN(part->second, mesh_of(plan.parts[cell.part], plan.max_vertices));
   }
   const Affine& first = w_.scene.objects[cell.objects.front()].to_world;
   Json node{{"mesh", part->second.mesh}};

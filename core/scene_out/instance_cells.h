@@ -21,7 +21,7 @@ class InstanceNodes {
     std::uint32_t mesh = 0;  // in the file written
     Json ranges;             // for extras; null where the primitives are the source's
   };
-  Result<PartMesh> mesh_of(const batches::InstancePart& part);
+  Result<PartMesh> mesh_of(const batches::InstancePart& part, std::uint32_t max_vertices);
   Json attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame);
 
   Writer& w_;

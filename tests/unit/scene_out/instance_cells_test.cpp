@@ -65,6 +65,27 @@ TEST(InstanceCells, SharedMeshesInPartsDrawTheSameTriangles) {
   EXPECT_LT(static_cast<double>(out.glb.size()), 1.8 * static_cast<double>(file.glb().size()));
 }
 
+TEST(InstanceCells, PrimitivesHaveNoMoreVerticesThanAsked) {
+  FileBuilder file;
+  const std::uint32_t mesh = file.mesh({file.cube()});
+  for (int i = 0; i < 60; ++i)
+    file.node({{"mesh", mesh}, {"translation", {40 * (i % 8), i % 3, 40 * (i / 8)}}});
+  const Loaded in = load(file.glb());
+  batches::BatchOptions options;
+  options.max_vertices = 10;  // of a cube's 24
+  const auto out = write(in, true, nullptr, options);
+  ASSERT_FALSE(out.plan.cells.empty());
+  const Loaded again = load(out.glb);
+  for (const scene::Object& object : again.scene.objects) {
+    const Json& written = again.document.json["meshes"][object.mesh]["primitives"];
+    const Json& positions = written[object.primitive]["attributes"]["POSITION"];
+    EXPECT_LE(again.document.json["accessors"][positions.get<std::size_t>()]["count"], 10);
+  }
+  EXPECT_LT(
+      testing::largest_distance(testing::world_triangles(in), testing::world_triangles(again), 0.1),
+      1e-4);
+}
+
 TEST(InstanceCells, DrawTheSameTriangles) {
   FileBuilder file;
   const std::uint32_t mesh = file.mesh({file.cube()});
