@@ -8,6 +8,7 @@
 
 #include "lightbatch/v1/blob_service.grpc.pb.h"
 #include "server/names.h"
+#include "server/rpc_status.h"
 #include "server/services.h"
 #include "server/unary_call.h"
 
@@ -15,10 +16,6 @@ namespace lightbatch::server {
 namespace {
 
 constexpr int kMaxFindDigests = 10'000;
-
-Status bad_request(std::string message, std::string place) {
-  return Status(StatusCode::kInvalidArgument, "BAD_REQUEST", std::move(message), std::move(place));
-}
 
 Result<v1::FindMissingBlobsResponse> find_missing(const BlobStore& blobs,
                                                   const v1::FindMissingBlobsRequest& request) {

@@ -1,8 +1,14 @@
 #include "server/rpc_status.h"
 
+#include <utility>
+
 #include "lightbatch/v1/types.pb.h"
 
 namespace lightbatch::server {
+
+Status bad_request(std::string message, std::string place) {
+  return Status(StatusCode::kInvalidArgument, "BAD_REQUEST", std::move(message), std::move(place));
+}
 
 grpc::Status to_grpc(const Status& status, const std::map<std::string, std::string>& metadata) {
   if (status.ok()) return grpc::Status::OK;

@@ -6,16 +6,13 @@
 #include "core/base/bytes.h"
 #include "core/base/hash.h"
 #include "server/names.h"
+#include "server/rpc_status.h"
 #include "server/timestamps.h"
 
 namespace lightbatch::server {
 namespace {
 
 constexpr std::size_t kIdDigits = 32;  // 128 bits of the manifest's SHA-256
-
-Status bad_request(std::string message, std::string place) {
-  return Status(StatusCode::kInvalidArgument, "BAD_REQUEST", std::move(message), std::move(place));
-}
 
 Status not_found(const std::string& name) {
   return Status(StatusCode::kNotFound, "SCENE_NOT_FOUND", "no such scene; create it", name);

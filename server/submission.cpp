@@ -10,6 +10,7 @@
 #include "core/base/hash.h"
 #include "server/executable.h"
 #include "server/names.h"
+#include "server/rpc_status.h"
 #include "server/timestamps.h"
 
 namespace lightbatch::server {
@@ -27,10 +28,6 @@ std::string deterministic_bytes(const google::protobuf::Message& message) {
   message.SerializeToCodedStream(&coded);
   coded.Trim();
   return bytes;
-}
-
-Status bad_request(std::string message, std::string place) {
-  return Status(StatusCode::kInvalidArgument, "BAD_REQUEST", std::move(message), std::move(place));
 }
 
 Status unknown_enum(const char* field) {

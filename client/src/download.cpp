@@ -10,7 +10,7 @@
 namespace lightbatch::client {
 namespace {
 
-Error file_error(const std::filesystem::path& file, const char* what) {
+Error write_error(const std::filesystem::path& file, const char* what) {
   Error error;
   error.code = static_cast<int>(grpc::StatusCode::INTERNAL);
   error.reason = "IO_ERROR";
@@ -70,7 +70,7 @@ Outcome<Done> Client::fetch_blob(const v1::Digest& digest, const std::filesystem
   // Named by content: what an earlier try left fits on.
   const std::filesystem::path part = file.string() + ".partial-" + digest.sha256().substr(0, 16);
   const int fd = ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (fd < 0) return file_error(part, "cannot write");
+  if (fd < 0) return write_error(part, "cannot write");
   std::int64_t size = ::lseek(fd, 0, SEEK_END);
   if (size > digest.size_bytes()) {
     size = 0;
@@ -85,7 +85,7 @@ Outcome<Done> Client::fetch_blob(const v1::Digest& digest, const std::filesystem
       });
   if (read.ok() && ::fsync(fd) != 0) wrote = false;
   ::close(fd);
-  if (!wrote) return file_error(part, "cannot write");
+  if (!wrote) return write_error(part, "cannot write");
   if (!read.ok()) return read;
   const auto arrived = digest_file(part);
   if (!arrived.ok()) return arrived.error();
@@ -94,7 +94,7 @@ Outcome<Done> Client::fetch_blob(const v1::Digest& digest, const std::filesystem
     return simple_error(grpc::StatusCode::DATA_LOSS, "DIGEST_MISMATCH",
                         "the bytes that arrived are not those of the digest; fetch again");
   }
-  if (std::rename(part.c_str(), file.c_str()) != 0) return file_error(file, "cannot write");
+  if (std::rename(part.c_str(), file.c_str()) != 0) return write_error(file, "cannot write");
   return Done();
 }
 
@@ -116,7 +116,7 @@ Outcome<Done> Client::fetch(const v1::Job& job, const std::filesystem::path& fol
     std::filesystem::create_directories(file.parent_path(), error);
     if (error) {
       errno = error.value();
-      return file_error(file.parent_path(), "cannot create the folder");
+      return write_error(file.parent_path(), "cannot create the folder");
     }
     auto fetched = fetch_blob(artifact.digest(), file, [&](std::int64_t done, std::int64_t) {
       return !progress || progress(before + done, total);

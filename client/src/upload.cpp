@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kChunkBytes = std::size_t{512} << 10;
 constexpr int kFindBatch = 5'000;
 
-Error file_error(const std::filesystem::path& file, const char* what) {
+Error read_error(const std::filesystem::path& file, const char* what) {
   Error error;
   error.code = static_cast<int>(grpc::StatusCode::NOT_FOUND);
   error.reason = "IO_ERROR";
@@ -76,7 +76,7 @@ StreamEnd send_stream(v1::BlobService::Stub& service, const v1::Digest& digest, 
       context.TryCancel();
       static_cast<void>(stream->Finish());
       error =
-          file_error("", got < 0 ? "cannot read the file" : "the file changed while it was read");
+          read_error("", got < 0 ? "cannot read the file" : "the file changed while it was read");
       return StreamEnd::kFailed;
     }
     if (!stream->Write(message)) break;
@@ -104,10 +104,10 @@ StreamEnd send_stream(v1::BlobService::Stub& service, const v1::Digest& digest, 
 Outcome<v1::Digest> digest_file(const std::filesystem::path& path) {
   const File file(path);
   struct stat info = {};
-  if (file.fd < 0 || ::fstat(file.fd, &info) != 0) return file_error(path, "cannot read");
+  if (file.fd < 0 || ::fstat(file.fd, &info) != 0) return read_error(path, "cannot read");
   if (!S_ISREG(info.st_mode)) {
     errno = S_ISDIR(info.st_mode) ? EISDIR : EINVAL;
-    return file_error(path, "cannot read");
+    return read_error(path, "cannot read");
   }
   const std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> hash(EVP_MD_CTX_new(), EVP_MD_CTX_free);
   EVP_DigestInit_ex(hash.get(), EVP_sha256(), nullptr);
@@ -115,7 +115,7 @@ Outcome<v1::Digest> digest_file(const std::filesystem::path& path) {
   std::int64_t size = 0;
   for (ssize_t got = 1; got > 0; size += got) {
     got = read_at(file.fd, block, std::size_t{1} << 20, size);
-    if (got < 0) return file_error(path, "cannot read");
+    if (got < 0) return read_error(path, "cannot read");
     EVP_DigestUpdate(hash.get(), block.data(), block.size());
   }
   unsigned char bytes[32];
@@ -134,7 +134,7 @@ Outcome<v1::Digest> Client::upload_file(const std::filesystem::path& path,
   auto digest = digest_file(path);
   if (!digest.ok()) return digest;
   const File file(path);
-  if (file.fd < 0) return file_error(path, "cannot read");
+  if (file.fd < 0) return read_error(path, "cannot read");
   v1::QueryUploadRequest query;
   *query.mutable_digest() = *digest;
   std::int64_t best = -1;
