@@ -52,6 +52,11 @@ struct BakeInput {
   /// Texels to bake (one flag each, from select_texels), or null for all; the others are black, or
   /// rough where these need them.
   const std::vector<std::uint8_t>* selected = nullptr;
+
+  /// Whether what a light brings without a bounce is part of the lightmap.
+  bool bakes_direct(const radiosity::PunctualLight& light) const {
+    return punctual_direct || light.is_of_sky();
+  }
 };
 
 /// A fixed share, about one in `divisor`, of blocks of texels, whole ones of those that

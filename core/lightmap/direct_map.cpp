@@ -93,7 +93,11 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
   std::vector<Rgb> direct(count);
   if (!input.direct_lights || count == 0) return direct;
   const PunctualTexel punctual(input, settings);
-  const bool few_lights = input.direct.sources().punctual().size() <= kFewLights;
+  const auto& lights = input.direct.sources().punctual();
+  const bool few_lights = lights.size() <= kFewLights;
+  const bool any_punctual =
+      std::any_of(lights.begin(), lights.end(),
+                  [&](const radiosity::PunctualLight& light) { return input.bakes_direct(light); });
   const bool any_emitters = !input.direct.sources().emitters().empty();
   Pilots pilots(count);
   std::vector<EmitterPart>& emitters = pilots.emitters;
@@ -121,7 +125,7 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
     if (any_emitters) {
       emitters[t] = emitter.pilot(t, border, pilots.states[t], of_emitters.of(t), c);
     }
-    if (input.punctual_direct) {
+    if (any_punctual) {
       pilots.punctual[t].thorough = border || few_lights;
       direct[t] = punctual.pilot(t, pilots.punctual[t], of_punctual.of(t), c);
     }

@@ -44,7 +44,7 @@ class DirectionalTexels {
     const atlas::Texel& texel = input_.texels.texels[t];
     const TexelPoints points = texel_points(input_.texels, texel);
     Moments sum;
-    add_punctual(points, central_point(input_.texels, texel), counts, sum);
+    add_punctual(t, points, central_point(input_.texels, texel), counts, sum);
     add_sampled(t, points, counts, sum);
     return sum.all > 0 ? to_float(sum.towards / sum.all) : Vec3f{0, 0, 0};
   }
@@ -54,15 +54,17 @@ class DirectionalTexels {
     return receiver_at(input_.scene, input_.layout, point, input_.direct.lift());
   }
 
-  void add_punctual(const TexelPoints& points, const TexelPoints::Point& middle, BakeCounts& counts,
-                    Moments& sum) const {
+  void add_punctual(std::uint32_t t, const TexelPoints& points, const TexelPoints::Point& middle,
+                    BakeCounts& counts, Moments& sum) const {
     const bool few = input_.direct.sources().punctual().size() <= kFewLights;
     const std::uint32_t wanted = few ? std::min(points.count, kLightPoints) : 1;
+    const OwenSobol2 on_sun(static_cast<std::uint32_t>(item_seed(input_.seed, t, 52)));
     for (std::uint32_t i = 0; i < wanted; ++i) {
       const TexelPoints::Point& at = wanted == 1 ? middle : points.point[i];
-      incident_.punctual(receiver(at), counts, [&](const radiosity::Incident& light) {
-        sum.add(light.direction, static_cast<double>(luminance(light.light)) / wanted);
-      });
+      incident_.punctual(
+          receiver(at), on_sun.point(i), counts, [&](const radiosity::Incident& light) {
+            sum.add(light.direction, static_cast<double>(luminance(light.light)) / wanted);
+          });
     }
   }
 

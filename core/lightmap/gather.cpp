@@ -146,7 +146,10 @@ Rgb Gather::direct(const Receiver& at, ElementId served, Random& random, const P
         input_.solution.state(served, resolved_[l]) != radiosity::LightState::kDark) {
       continue;
     }
-    const Rgb arrives = open * input_.direct.punctual_visibility(at, lights[l], counts.rays);
+    const Vec2f on_sun =
+        lights[l].is_of_sky() ? Vec2f{random.next_float(), random.next_float()} : Vec2f{};
+    const Rgb arrives =
+        open * input_.direct.punctual_visibility(at, lights[l], on_sun, counts.rays);
     irradiance += arrives;
     if (path.grouped()) path.add(lights[l].group, arrives);
   }

@@ -16,12 +16,13 @@ class IncidentLight {
   IncidentLight(const BakeInput& input, const Gather& gather) : input_(input), gather_(gather) {}
 
   /// Punctual lights, unless viewers add them: deliver(radiosity::Incident) for each that reaches
-  /// the point.
+  /// the point. on_sun: of suns of the sky, in [0, 1).
   template <typename Deliver>
-  void punctual(const radiosity::Receiver& at, BakeCounts& counts, Deliver deliver) const {
-    if (!input_.punctual_direct) return;
+  void punctual(const radiosity::Receiver& at, Vec2f on_sun, BakeCounts& counts,
+                Deliver deliver) const {
     for (const radiosity::PunctualLight& light : input_.direct.sources().punctual()) {
-      const radiosity::Incident incident = input_.direct.punctual(at, light, counts.rays);
+      if (!input_.bakes_direct(light)) continue;
+      const radiosity::Incident incident = input_.direct.punctual(at, light, on_sun, counts.rays);
       if (!incident.light.is_black()) deliver(incident);
     }
   }

@@ -33,12 +33,15 @@ constexpr double kUnseenShare = 2;
 constexpr double kStrong = 2;
 /// Shares of a light that differ by more than this are two states.
 constexpr float kSameShare = 0.02f;
+/// Random numbers of directions to suns; those of places come before.
+constexpr std::uint64_t kSunStream = 4096;
 /// Half a diagonal, texels.
 constexpr double kSixteenthRadius = 0.25 * 0.7072;
 
 /// What one sixteenth of a texel sees of one light.
 struct Sixteenth {
   Rgbd sum;
+  double weight = 0;
   float lowest = 1, highest = 0;  // shares
   std::uint32_t taken = 0;
   bool mixed() const { return highest - lowest > kSameShare; }
@@ -119,7 +122,9 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
       radius_about(centre, std::span(at).first(used),
                    static_cast<float>(kSixteenthRadius / input_.layout.texels_per_metre));
   std::uint32_t hash = 1;
+  const OwenSobol2 on_sun(static_cast<std::uint32_t>(item_seed(input_.seed, t, 291)));
   for (const PunctualLight& light : lights_) {
+    if (!input_.bakes_direct(light)) continue;
     Rgbd open;
     float least = std::numeric_limits<float>::infinity(), most = 0;
     for (std::uint32_t i = 0; i < used; ++i) {
@@ -138,13 +143,15 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
     const bool uneven = static_cast<double>(most - least) > kMostUneven * allowed_;
     bool mixed = close || least == 0 || (!share.is_black() && (uneven || !(share == Rgb{1, 1, 1})));
     for (std::uint32_t i = 0; pilot.thorough && i < used && !mixed; ++i) {
-      mixed = !(input_.direct.punctual_visibility(at[i], light, counts.rays) == share);
+      mixed =
+          !(input_.direct.punctual_visibility(at[i], light, on_sun.point(i), counts.rays) == share);
     }
     if (pilot.thorough && !mixed && open.sum() > 3 * kStrong * used * input_.mean_irradiance) {
       const OwenSobol2 within(static_cast<std::uint32_t>(item_seed(input_.seed, t, 290)));
       for (std::uint32_t i = 0; i < points.count && !mixed; ++i) {
         const Receiver near = receivers(points.point[i], within.point(i));
-        mixed = !(input_.direct.punctual_visibility(near, light, counts.rays) == share);
+        mixed = !(input_.direct.punctual_visibility(near, light, on_sun.point(used + i),
+                                                    counts.rays) == share);
       }
     }
     pilot.mixed = pilot.mixed || mixed;
@@ -171,29 +178,40 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
     lamp[i].emplace(light, input_, points.point[i]);
     open_sum = std::max(open_sum, lamp[i]->mean().max());
   }
-  const auto count = [&](std::uint32_t i, const Rgb& open, const Rgb& share) {
+  const auto count = [&](std::uint32_t i, const Rgb& open, const Rgb& share, double weight) {
     const float seen = share.sum() / 3;
     part[i].lowest = std::min(part[i].lowest, seen);
     part[i].highest = std::max(part[i].highest, seen);
-    part[i].sum += to_double(open * share);
+    part[i].sum += to_double(open * share) * weight;
+    part[i].weight += weight;
     ++part[i].taken;
+  };
+  // Of a direction to a sun, against its middle: the higher edge brings more than the lower one.
+  const auto weight_of = [&](const Receiver& at, Vec2f on_sun) {
+    if (!light.is_of_sky()) return 1.0;
+    const Vec3f towards = input_.direct.sources().sun(light).direction(on_sun);
+    return static_cast<double>(std::max(0.0f, dot(at.frame.normal, towards)) /
+                               -dot(at.frame.normal, light.direction));
   };
   const auto take = [&](std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
     const OwenSobol2 shift(static_cast<std::uint32_t>(item_seed(input_.seed, t, 300 + 16 * l + i)));
+    const OwenSobol2 on_sun(
+        static_cast<std::uint32_t>(item_seed(input_.seed, t, kSunStream + 16 * l + i)));
     if (lamp[i]) {
       if (lamp[i]->is_dark()) return;
       for (std::uint32_t round = begin; round < end; ++round) {
         const Receiver at = receivers(lamp[i]->point(shift.point(round)), {0.5f, 0.5f});
-        count(i, {1, 1, 1}, input_.direct.punctual_visibility(at, light, counts.rays));
+        count(i, {1, 1, 1}, input_.direct.punctual_visibility(at, light, counts.rays), 1);
       }
       return;
     }
     for (std::uint32_t round = begin; round < end; ++round) {
       const Receiver at = receivers(points.point[i], shift.point(round));
       const Rgb open = light.irradiance(at.frame.position, at.frame.normal);
-      const Rgb share =
-          open.is_black() ? Rgb{} : input_.direct.punctual_visibility(at, light, counts.rays);
-      count(i, open, share);
+      const Rgb share = open.is_black() ? Rgb{}
+                                        : input_.direct.punctual_visibility(
+                                              at, light, on_sun.point(round), counts.rays);
+      count(i, open, share, open.is_black() ? 1 : weight_of(at, on_sun.point(round)));
       open_sum = std::max(open_sum, static_cast<double>(open.max()));
     }
   };
@@ -217,8 +235,8 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   Rgbd total;
   for (std::uint32_t i = 0; i < points.count; ++i) {
     if (edge[i] && rounds > first_rounds) take(i, first_rounds, rounds);
-    if (part[i].taken == 0) continue;
-    const Rgbd mean = part[i].sum / static_cast<double>(part[i].taken);
+    if (!(part[i].weight > 0)) continue;
+    const Rgbd mean = part[i].sum / part[i].weight;
     total += lamp[i] ? lamp[i]->mean() * mean : mean;
   }
   return total / static_cast<double>(points.count);
@@ -229,6 +247,7 @@ Rgb PunctualTexel::refined(std::uint32_t t, std::span<Rgb> by_group, BakeCounts&
   const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
   Rgbd total;
   for (std::size_t l = 0; l < lights_.size(); ++l) {
+    if (!input_.bakes_direct(lights_[l])) continue;
     const Rgbd arrives = one_light(t, l, points, counts);
     total += arrives;
     if (!by_group.empty()) by_group[lights_[l].group] += to_float(arrives);

@@ -26,19 +26,16 @@ Environment::Environment(const Rgb& radiance)
     : uniform_{tame(radiance.r, 1), tame(radiance.g, 1), tame(radiance.b, 1)},
       mean_(to_double(uniform_)) {}
 
-Environment::Environment(image::ImageRgb map, float scale) : map_(std::move(map)) {
-  if (map_.width <= 0 || map_.height <= 0 || map_.pixels.empty()) {
-    map_ = {};
-    return;
-  }
-  block_ = std::max(1, (map_.width + kMaxColumns - 1) / kMaxColumns);
-  columns_ = (map_.width + block_ - 1) / block_;
-  const int rows = (map_.height + block_ - 1) / block_;
+Environment::Environment(image::ImageRgb map, float scale) {
+  if (map.width <= 0 || map.height <= 0 || map.pixels.empty()) return;
+  block_ = std::max(1, (map.width + kMaxColumns - 1) / kMaxColumns);
+  columns_ = (map.width + block_ - 1) / block_;
+  const int rows = (map.height + block_ - 1) / block_;
   std::vector<double> weights(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows));
-  for (int y = 0; y < map_.height; ++y) {
-    const double share = (border(y, map_.height) - border(y + 1, map_.height)) / (2 * map_.width);
-    for (int x = 0; x < map_.width; ++x) {
-      Rgb& p = map_.at(x, y);
+  for (int y = 0; y < map.height; ++y) {
+    const double share = (border(y, map.height) - border(y + 1, map.height)) / (2 * map.width);
+    for (int x = 0; x < map.width; ++x) {
+      Rgb& p = map.at(x, y);
       p = {tame(p.r, scale), tame(p.g, scale), tame(p.b, scale)};
       mean_ += to_double(p) * share;
       weights[static_cast<std::size_t>(y / block_) * static_cast<std::size_t>(columns_) +
@@ -46,27 +43,28 @@ Environment::Environment(image::ImageRgb map, float scale) : map_(std::move(map)
     }
   }
   sampler_ = DiscreteSampler(weights);
+  map_ = std::make_shared<const image::ImageRgb>(std::move(map));
 }
 
 Environment::Pixel Environment::pixel(const Vec3f& direction) const {
   const Vec3d d = to_double(direction);
   const double u = std::atan2(d.z, d.x) / (2 * kPiDouble) + 0.5;
   const double v = std::acos(std::clamp(d.y, -1.0, 1.0)) / kPiDouble;
-  return {std::clamp(static_cast<int>(u * map_.width), 0, map_.width - 1),
-          std::clamp(static_cast<int>(v * map_.height), 0, map_.height - 1)};
+  return {std::clamp(static_cast<int>(u * map_->width), 0, map_->width - 1),
+          std::clamp(static_cast<int>(v * map_->height), 0, map_->height - 1)};
 }
 
 Rgb Environment::radiance(const Vec3f& direction) const {
   if (is_uniform()) return uniform_;
   const Pixel p = pixel(direction);
-  return map_.at(p.x, p.y);
+  return map_->at(p.x, p.y);
 }
 
 double Environment::solid_angle(int block_row, int block_column) const {
-  const int top = block_row * block_, bottom = std::min(top + block_, map_.height);
-  const int left = block_column * block_, right = std::min(left + block_, map_.width);
-  return (border(top, map_.height) - border(bottom, map_.height)) * 2 * kPiDouble *
-         static_cast<double>(right - left) / static_cast<double>(map_.width);
+  const int top = block_row * block_, bottom = std::min(top + block_, map_->height);
+  const int left = block_column * block_, right = std::min(left + block_, map_->width);
+  return (border(top, map_->height) - border(bottom, map_->height)) * 2 * kPiDouble *
+         static_cast<double>(right - left) / static_cast<double>(map_->width);
 }
 
 Environment::Sample Environment::sample(double random_a, double random_b) const {
@@ -76,10 +74,10 @@ Environment::Sample Environment::sample(double random_a, double random_b) const 
     const DiscreteSampler::Pick pick = sampler_.pick(random_a);
     const int row = static_cast<int>(pick.index) / columns_;
     const int column = static_cast<int>(pick.index) % columns_;
-    const int left = column * block_, right = std::min(left + block_, map_.width);
-    u = (left + pick.rest * (right - left)) / map_.width;
-    const double top = border(row * block_, map_.height);
-    const double bottom = border(std::min((row + 1) * block_, map_.height), map_.height);
+    const int left = column * block_, right = std::min(left + block_, map_->width);
+    u = (left + pick.rest * (right - left)) / map_->width;
+    const double top = border(row * block_, map_->height);
+    const double bottom = border(std::min((row + 1) * block_, map_->height), map_->height);
     y = top + random_b * (bottom - top);
   }
   const double angle = (u - 0.5) * 2 * kPiDouble;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "core/image/image.h"
 #include "core/math/rgb.h"
@@ -16,7 +17,7 @@ constexpr double kMostRadiance = 1e30;  // nits; keeps every product of light fi
 /// Map: +Y up, row 0 at the zenith, u = atan2(z, x) / (2 pi) + 1/2 (the middle of the picture is
 /// +X; as three.js, and as Blender after its change of axes), constant over each pixel. Values that
 /// are negative or not finite count as 0, those beyond kMostRadiance as that. Immutable;
-/// thread-safe.
+/// copies share the map; thread-safe.
 class Environment {
  public:
   Environment() = default;
@@ -24,7 +25,9 @@ class Environment {
   explicit Environment(image::ImageRgb map, float scale = 1);
 
   bool is_black() const { return mean_.is_black(); }
-  bool is_uniform() const { return map_.pixels.empty(); }
+  bool is_uniform() const { return map_ == nullptr; }
+  /// Null where it is uniform.
+  const image::ImageRgb* map() const { return map_.get(); }
   /// From the direction the light comes from (unit).
   Rgb radiance(const Vec3f& direction) const;
   /// Mean over the sphere.
@@ -49,7 +52,7 @@ class Environment {
 
   Rgb uniform_;
   Rgbd mean_;
-  image::ImageRgb map_;
+  std::shared_ptr<const image::ImageRgb> map_;
   // Sampling works on blocks of block_ x block_ pixels, at most about 1024 x 512 of them.
   int block_ = 1;
   int columns_ = 0;

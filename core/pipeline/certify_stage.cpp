@@ -87,7 +87,7 @@ accuracy::PathTracer tracer_of(const JobOptions& options, const Prepared& p) {
   traced.lights.emitters = p.effects.on(Effect::kEmitters);
   traced.interreflection = p.effects.on(Effect::kInterreflection);
   traced.shadows = p.effects.on(Effect::kShadows);
-  return {*p.caster, *p.optics, p.sky, traced};
+  return {*p.caster, *p.optics, p.whole_sky, traced};
 }
 
 /// Bounces that a path takes on average, 1 / (1 - rho) with the area mean of rho.

@@ -51,10 +51,11 @@ class LinkedSolves {
       : options_(options),
         p_(p),
         meshes_(meshes),
-        sources_(*p.scene, *p.optics,
-                 {p.effects.on(plan::Effect::kPointLights), p.effects.on(plan::Effect::kSpotLights),
-                  p.effects.on(plan::Effect::kDirectionalLights),
-                  p.effects.on(plan::Effect::kEmitters)}) {}
+        sources_(
+            *p.scene, *p.optics,
+            {p.effects.on(plan::Effect::kPointLights), p.effects.on(plan::Effect::kSpotLights),
+             p.effects.on(plan::Effect::kDirectionalLights), p.effects.on(plan::Effect::kEmitters)},
+            p.suns) {}
 
   bool has_light() const {
     return !sources_.punctual().empty() || !sources_.emitters().empty() || !p_.sky.is_black();

@@ -23,7 +23,8 @@ FirstStage::FirstStage(const JobOptions& job, const Prepared& p,
       sources(*p.scene, *p.optics,
               {p.effects.on(Effect::kPointLights), p.effects.on(Effect::kSpotLights),
                p.effects.on(Effect::kDirectionalLights), p.effects.on(Effect::kEmitters),
-               job.lights == LightsPolicy::kRemove}),
+               job.lights == LightsPolicy::kRemove},
+              p.suns),
       direct(*p.optics, *p.caster, sources, p.effects.on(Effect::kShadows)),
       elements(*p.scene, p.tree, *p.optics, settings.elements, p.caster.get()),
       lookup(*p.scene, *p.caster, elements, direct.lift()),
@@ -38,7 +39,7 @@ Status FirstStage::solve(const Prepared& p, SolverMode mode, std::size_t texels,
   if (texels > 0) {
     groups = sources.groups();
     groups.push_back({radiosity::LightGroup::Kind::kSky, 0, "sky", {1, 1, 1}});
-    const bool several = groups.size() - (p.sky.is_black() ? 1 : 0) > 1;
+    const bool several = groups.size() - (p.whole_sky.is_black() ? 1 : 0) > 1;
     const std::uint64_t items = std::max<std::uint64_t>(texels, elements.count());
     if (several && (linked || kCopies * groups.size() * items * sizeof(Rgb) > kMostGroupedBytes)) {
       groups.clear();

@@ -134,7 +134,7 @@ std::vector<GroupEntry> group_entries(const JobOptions& options, const Prepared&
                        baked.b / entry.intensity};
       }
     } else if (group.kind == LightGroup::Kind::kSky) {
-      if (p.sky.is_black()) continue;
+      if (p.whole_sky.is_black()) continue;
       if (options.sky_file.empty()) entry.intensity = options.sky_nits;
     }
     entries.push_back(std::move(entry));

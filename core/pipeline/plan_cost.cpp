@@ -22,6 +22,7 @@ void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const Light
   };
   using radiosity::RayCounts;
   const double punctual = rays_of(&RayCounts::punctual_shadow);
+  const double suns = rays_of(&RayCounts::sun_shadow);
   const double emitter = rays_of(&RayCounts::emitter_shadow);
   const double hemisphere = rays_of(&RayCounts::hemisphere);
   // A hemisphere ray serves the sky when it escapes to one, else what surfaces reflect.
@@ -29,7 +30,7 @@ void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const Light
                         : effects.on(Effect::kInterreflection) ? rays_of(&RayCounts::sky_escapes)
                                                                : hemisphere;
   const double crossings = rays_of(&RayCounts::sheet_crossings);
-  const double all = punctual + emitter + hemisphere;
+  const double all = punctual + suns + emitter + hemisphere;
   if (!(all > 0)) return;
   const auto set = [&](Effect effect, double rays) {
     if (effects.on(effect)) effects[effect].cost_share = std::min(1.0, rays / all);
@@ -45,7 +46,7 @@ void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const Light
   set(Effect::kDirectionalLights, punctual * lights(scene::LightKind::kDirectional));
   set(Effect::kEmitters, emitter);
   set(Effect::kShadows, punctual + emitter);
-  set(Effect::kSky, to_sky);
+  set(Effect::kSky, to_sky + suns);
   set(Effect::kInterreflection, hemisphere - std::min(to_sky, hemisphere));
   set(Effect::kAlphaCutout, rays_of(&RayCounts::alpha_lookups));
   set(Effect::kAlphaBlend, crossings);

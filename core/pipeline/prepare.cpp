@@ -11,43 +11,29 @@
 namespace lightbatch::pipeline {
 namespace {
 
-/// Pixels this many times as bright as the mean are a sun, ...
-constexpr double kSun = 100;
-/// ... of which is told from this share of all light on.
-constexpr double kSunShare = 0.2;
-
-/// Hemisphere rays seldom meet a sun in a picture.
-void warn_of_sun(const image::ImageRgb& map, std::vector<std::string>& warnings) {
-  const auto over_sphere = [&](auto value) {
-    double sum = 0;
-    for (int y = 0; y < map.height; ++y) {
-      const double height = std::sin(kPiDouble * (y + 0.5) / map.height);
-      for (int x = 0; x < map.width; ++x) {
-        const Rgb& pixel = map.at(x, y);
-        sum += height *
-               value(std::clamp(static_cast<double>(pixel.sum()), 0.0, 3 * optics::kMostRadiance));
-      }
-    }
-    return sum;
-  };
-  const double whole = over_sphere([](double) { return 1.0; });
-  const double light = over_sphere([](double v) { return v; });
-  if (!(light > 0)) return;
-  const double bright = kSun * light / whole;
-  const double share = over_sphere([&](double v) { return v > bright ? v : 0.0; }) / light;
-  if (share < kSunShare) return;
-  const double size = over_sphere([&](double v) { return v > bright ? 1.0 : 0.0; }) / whole;
-  char text[256];
-  std::snprintf(
-      text, sizeof text,
-      "the sky picture has a sun (%.0f %% of its light in %.2g %% of the sphere), which rays "
-      "seldom meet: for small errors take it out and give it as a directional light",
-      100 * share, 100 * size);
-  warnings.emplace_back(text);
+/// Told as evidence of the sky.
+std::string describe(const optics::SkySun& sun) {
+  const Vec3f& d = sun.towards();
+  char text[160];
+  std::snprintf(text, sizeof text, "a sun of %.4g lux at (%.2f, %.2f, %.2f)",
+                static_cast<double>(luminance(to_double(sun.illuminance()))),
+                static_cast<double>(d.x), static_cast<double>(d.y), static_cast<double>(d.z));
+  return text;
 }
 
-Result<optics::Environment> read_sky(const JobOptions& options, const JobInput& input,
-                                     std::vector<std::string>& warnings) {
+/// Suns of a sky picture are lights of their own, but not where the sky is off.
+void split_sky(Prepared& p) {
+  plan::Decision& decision = p.effects[plan::Effect::kSky];
+  if (!decision.on) p.whole_sky = optics::Environment();
+  optics::SplitSky split = optics::split_suns(p.whole_sky);
+  p.sky = std::move(split.rest);
+  p.suns = std::move(split.suns);
+  for (const optics::SkySun& sun : p.suns) {
+    if (decision.evidence.size() < plan::kMaxEvidence) decision.evidence.push_back(describe(sun));
+  }
+}
+
+Result<optics::Environment> read_sky(const JobOptions& options, const JobInput& input) {
   if (options.sky_file.empty()) {
     return optics::Environment(Rgb::grey(static_cast<float>(options.sky_nits)));
   }
@@ -57,7 +43,6 @@ Result<optics::Environment> read_sky(const JobOptions& options, const JobInput& 
   }
   LB_ASSIGN_OR_RETURN(const Bytes bytes, read_file(file->second));
   LB_ASSIGN_OR_RETURN(image::ImageRgb map, image::decode_image_rgb(bytes, options.sky_file));
-  warn_of_sun(map, warnings);
   return optics::Environment(std::move(map));
 }
 
@@ -99,7 +84,7 @@ Result<Prepared> prepare(const JobOptions& options, const JobInput& input, Stage
   LB_ASSIGN_OR_RETURN(p.document, gltf::read_document(input.files, input.scene));
   LB_ASSIGN_OR_RETURN(scene::Scene scene, scene_in::read_scene(p.document));
   p.scene = std::make_unique<scene::Scene>(std::move(scene));
-  LB_ASSIGN_OR_RETURN(p.sky, read_sky(options, input, p.scene->warnings));
+  LB_ASSIGN_OR_RETURN(p.whole_sky, read_sky(options, input));
   if (progress.cancelled()) return cancelled();
 
   clock.start("hierarchy");
@@ -119,7 +104,7 @@ Result<Prepared> prepare(const JobOptions& options, const JobInput& input, Stage
   if (!light) return p;
   clock.start("plan");
   progress.report("plan", 0);
-  LB_ASSIGN_OR_RETURN(p.effects, plan::make_plan(*p.scene, *p.optics, *p.caster, p.sky,
+  LB_ASSIGN_OR_RETURN(p.effects, plan::make_plan(*p.scene, *p.optics, *p.caster, p.whole_sky,
                                                  p.target_error, options.effects));
   plan::Decision& directional = p.effects[plan::Effect::kDirectionalLightmaps];
   if (directional.on && options.kind == JobKind::kBake && options.carrier == Carrier::kPortable) {
@@ -130,7 +115,7 @@ Result<Prepared> prepare(const JobOptions& options, const JobInput& input, Stage
     p.optics = std::make_unique<optics::Optics>(*p.scene, optics_options(p.effects));
     p.caster = make_caster(p);
   }
-  if (!p.effects.on(plan::Effect::kSky)) p.sky = optics::Environment();
+  split_sky(p);
   // From here on it gives clusters; rays have the caster.
   p.tree.compact();
   clock.stop();

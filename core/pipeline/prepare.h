@@ -2,12 +2,14 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "core/gltf/document.h"
 #include "core/hierarchy/hierarchy.h"
 #include "core/hierarchy/statistics.h"
 #include "core/optics/environment.h"
 #include "core/optics/optics.h"
+#include "core/optics/sky_suns.h"
 #include "core/pipeline/job.h"
 #include "core/pipeline/stage_clock.h"
 #include "core/plan/effect_plan.h"
@@ -24,7 +26,9 @@ struct Prepared {
   hierarchy::Statistics tree_statistics;
   double tree_seconds = 0;
   std::unique_ptr<optics::Optics> optics;
-  optics::Environment sky;
+  optics::Environment sky;  // without its suns: what rays over the hemisphere meet
+  optics::Environment whole_sky;
+  std::vector<optics::SkySun> suns;
   std::unique_ptr<rays::Caster> caster;
   plan::EffectPlan effects;
   double target_error = 0.02;

@@ -336,7 +336,8 @@ void report_counters(Json& report, const Prepared& p, const LightBake& bake) {
       {{"emitter shadow rays", rays.emitter_shadow}, {"polygon factors", rays.polygon_factors}});
   set("shadows", {{"shadow rays", rays.punctual_shadow + rays.emitter_shadow}});
   set("sky", {{"hemisphere rays", counted(Effect::kSky, rays.hemisphere)},
-              {"rays to the sky", counted(Effect::kSky, rays.sky_escapes)}});
+              {"rays to the sky", counted(Effect::kSky, rays.sky_escapes)},
+              {"rays to suns of the sky", rays.sun_shadow}});
   set("interreflection", {{"hemisphere rays", counted(Effect::kInterreflection, rays.hemisphere)},
                           {"links", bake.radiosity.links}});
   set("alpha_cutout", {{"alpha look-ups", counted(Effect::kAlphaCutout, rays.alpha_lookups)}});

@@ -138,7 +138,7 @@ Rgb shade(const Prepared& p, const atlas::Layout& layout,
   for (int sheets = 0; sheets < 16; ++sheets) {
     optics::ClosestFilter filter(*p.optics);
     const rays::Hit hit = p.caster->closest(ray, exclude, &filter);
-    if (!hit.found()) return colour + weight * p.sky.radiance(to_float(direction));
+    if (!hit.found()) return colour + weight * p.whole_sky.radiance(to_float(direction));
     surface = true;
     if (!hit.back || p.optics->double_sided(hit.triangle)) {
       const scene::Material& m = p.scene->material_of(hit.triangle);

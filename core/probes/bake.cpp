@@ -157,7 +157,7 @@ class Baking {
 
   void trace_lights() {
     for_probes([&](std::size_t i, BakeCounts& counts) {
-      incident_.punctual(receiver(i), counts,
+      incident_.punctual(receiver(i), {0.5f, 0.5f}, counts,
                          [&](const Incident& light) { add(state_[i].punctual, light); });
     });
   }

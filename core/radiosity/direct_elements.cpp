@@ -108,6 +108,7 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
       const int samples = std::clamp(static_cast<int>(4.0 * edges * options.direct_samples), 2,
                                      std::max(2, options.direct_samples));
       const OwenSobol2 points(static_cast<std::uint32_t>(item_seed(options.seed, e, 1)));
+      const OwenSobol2 suns(static_cast<std::uint32_t>(item_seed(options.seed, e, 4)));
       Rgbd resolved, rest;
       std::array<int, kResolvedLights> lit{}, dark{};
       std::array<Rgb, kMostGroups> resolved_part{}, rest_part{};
@@ -115,7 +116,8 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
         return receiver_on(input.scene, elements, e, points.point(static_cast<std::uint32_t>(s)),
                            input.direct.lift());
       };
-      const auto ask_lights = [&](const Receiver& at, bool resolved_only) {
+      const auto ask_lights = [&](int s, const Receiver& at, bool resolved_only) {
+        const Vec2f on_sun = suns.point(static_cast<std::uint32_t>(s));
         for (std::size_t l = 0; l < lights.size(); ++l) {
           const std::uint8_t k = slot[l];
           if (resolved_only && k == kResolvedLights) continue;
@@ -124,7 +126,7 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
             if (k < kResolvedLights) ++dark[k];
             continue;
           }
-          const Rgb share = input.direct.punctual_visibility(at, lights[l], rays);
+          const Rgb share = input.direct.punctual_visibility(at, lights[l], on_sun, rays);
           if (k < kResolvedLights) {
             resolved += to_double(open * share);
             resolved_part[lights[l].group] += open * share;
@@ -137,7 +139,7 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
       };
       for (int s = 0; s < samples; ++s) {
         const Receiver at = receiver(s);
-        ask_lights(at, false);
+        ask_lights(s, at, false);
         if (emitters) {
           const float turn = static_cast<float>(s) / static_cast<float>(samples);
           input.direct.emitter_terms(at, {item_seed(options.seed, e, 100), turn, kRoughCut}, terms,
@@ -164,7 +166,7 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
       for (std::size_t k = 0; k < kResolvedLights; ++k)
         mixed = mixed || (lit[k] > 0 && dark[k] > 0);
       for (; mixed && resolved_samples < kEdgeSamples * samples; ++resolved_samples) {
-        ask_lights(receiver(resolved_samples), true);
+        ask_lights(resolved_samples, receiver(resolved_samples), true);
       }
       const double scale = 1.0 / samples;
       const double resolved_scale = 1.0 / resolved_samples;

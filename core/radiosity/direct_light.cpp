@@ -336,7 +336,7 @@ Rgb DirectLight::emitter_share(const Receiver& at, const Emitter& e, const Vec3f
   return through(shadow_ray(at, point), at.triangle, e.triangle, counts);
 }
 
-Incident DirectLight::punctual(const Receiver& at, const PunctualLight& light,
+Incident DirectLight::punctual(const Receiver& at, const PunctualLight& light, Vec2f random,
                                RayCounts& counts) const {
   const Vec3f to = light.towards(at.frame.position);
   if (dot(to, to) == 0) return {};
@@ -344,15 +344,16 @@ Incident DirectLight::punctual(const Receiver& at, const PunctualLight& light,
   if (!at.is_in_space() && !(dot(incident.direction, at.frame.normal) > 0)) return {};
   incident.light = light.irradiance(at.frame.position, incident.direction);
   if (incident.light.is_black()) return {};
-  incident.light *= punctual_visibility(at, light, counts);
+  incident.light *= punctual_visibility(at, light, random, counts);
   return incident;
 }
 
-Rgb DirectLight::punctual_visibility(const Receiver& at, const PunctualLight& light,
-                                     RayCounts& counts) const {
-  if (!shadows_) return {1, 1, 1};
-  ++counts.punctual_shadow;
-  rays::Ray ray{at.frame.origin, light.towards(at.frame.origin)};
+Rgb DirectLight::visibility_towards(const Receiver& at, const PunctualLight& light,
+                                    const Vec3f& towards, RayCounts& counts) const {
+  // What hides the sky is no shadow of a light.
+  if (!shadows_ && !light.is_of_sky()) return {1, 1, 1};
+  ++(light.is_of_sky() ? counts.sun_shadow : counts.punctual_shadow);
+  rays::Ray ray{at.frame.origin, towards};
   if (!light.is_directional()) {
     ray.t_max = optics::shadow_end(ray.direction, at.frame.origin + ray.direction, lift_);
   }

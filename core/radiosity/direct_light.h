@@ -15,6 +15,7 @@ namespace lightbatch::radiosity {
 /// What was cast and looked up, by effect. Plain sums: add them in any order.
 struct RayCounts {
   std::uint64_t punctual_shadow = 0;
+  std::uint64_t sun_shadow = 0;  // to suns of the sky
   std::uint64_t emitter_shadow = 0;
   std::uint64_t hemisphere = 0;   // gather and stored rays
   std::uint64_t sky_escapes = 0;  // hemisphere rays that reached the sky
@@ -23,10 +24,11 @@ struct RayCounts {
   std::uint64_t polygon_factors = 0;
 
   /// Rays cast, of every kind.
-  std::uint64_t cast() const { return punctual_shadow + emitter_shadow + hemisphere; }
+  std::uint64_t cast() const { return punctual_shadow + sun_shadow + emitter_shadow + hemisphere; }
 
   RayCounts& operator+=(const RayCounts& o) {
     punctual_shadow += o.punctual_shadow;
+    sun_shadow += o.sun_shadow;
     emitter_shadow += o.emitter_shadow;
     hemisphere += o.hemisphere;
     sky_escapes += o.sky_escapes;
@@ -157,11 +159,21 @@ class DirectLight {
   Incident sampled_emitter(const Receiver& at, float worth, double pick, Vec2f random,
                            RayCounts& counts) const;
 
-  /// What one punctual light brings to the point: one shadow ray.
-  Incident punctual(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
+  /// What one punctual light brings to the point: one shadow ray. random: as below.
+  Incident punctual(const Receiver& at, const PunctualLight& light, Vec2f random,
+                    RayCounts& counts) const;
 
   /// Share of light i that reaches the point: one shadow ray (transmittance of sheets included).
-  Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
+  /// random, in [0, 1): where on a sun of the sky the ray goes to; its middle without.
+  Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, RayCounts& counts) const {
+    return visibility_towards(at, light, light.towards(at.frame.origin), counts);
+  }
+  Rgb punctual_visibility(const Receiver& at, const PunctualLight& light, Vec2f random,
+                          RayCounts& counts) const {
+    return light.is_of_sky()
+               ? visibility_towards(at, light, sources_->sun(light).direction(random), counts)
+               : punctual_visibility(at, light, counts);
+  }
 
   /// Share of a point on another triangle that reaches the receiver: one ray, with shadows of
   /// lights or without.
@@ -172,6 +184,8 @@ class DirectLight {
   /// Share of a point of an emitter that reaches the receiver: one shadow ray.
   Rgb emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,
                     RayCounts& counts) const;
+  Rgb visibility_towards(const Receiver& at, const PunctualLight& light, const Vec3f& towards,
+                         RayCounts& counts) const;
   Rgb open_irradiance(const Emitter& e, const Receiver& at, RayCounts& counts) const;
   rays::Ray shadow_ray(const Receiver& at, const Vec3f& point) const;
   Rgb through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b, RayCounts& counts) const;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
@@ -74,7 +75,8 @@ float PunctualLight::window(const Vec3f& at) const {
 }
 
 LightSources::LightSources(const scene::Scene& scene, const optics::Optics& optics,
-                           const Kinds& kinds) {
+                           const Kinds& kinds, std::vector<optics::SkySun> suns)
+    : suns_(std::move(suns)) {
   Grouping grouping;
   add_punctual(scene, kinds, grouping);
   add_points(kinds);
@@ -86,6 +88,15 @@ LightSources::LightSources(const scene::Scene& scene, const optics::Optics& opti
   for (PunctualLight& light : punctual_) light.group = renumber[light.group];
   for (PunctualLight& light : points_) light.group = renumber[light.group];
   for (Emitter& emitter : emitters_) emitter.group = renumber[emitter.group];
+  for (std::uint32_t i = 0; i < suns_.size(); ++i) {
+    PunctualLight sun;
+    sun.kind = scene::LightKind::kDirectional;
+    sun.direction = -suns_[i].towards();
+    sun.intensity = suns_[i].illuminance();
+    sun.group = static_cast<std::uint32_t>(groups_.size());
+    sun.sun = i;
+    punctual_.push_back(sun);
+  }
 }
 
 void LightSources::add_punctual(const scene::Scene& scene, const Kinds& kinds, Grouping& grouping) {

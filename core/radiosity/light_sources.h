@@ -7,6 +7,7 @@
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 #include "core/optics/optics.h"
+#include "core/optics/sky_suns.h"
 #include "core/radiosity/light_groups.h"
 #include "core/rays/caster.h"
 #include "core/scene/scene.h"
@@ -15,15 +16,17 @@ namespace lightbatch::radiosity {
 
 class EmissionParts;
 
-/// A punctual light in recentred single precision, ready for shading.
+/// A punctual light in recentred single precision, or a sun of the sky, ready for shading.
 struct PunctualLight {
+  static constexpr std::uint32_t kNoSun = 0xffffffffu;
   scene::LightKind kind = scene::LightKind::kPoint;
   Vec3f position;
   Vec3f direction;                     // the way it shines
   Rgb intensity;                       // cd or lux
   float range = 0;                     // 0: unlimited
   float dip_inner = 0, dip_outer = 1;  // 1 - cosine of a cone's angles: right for thin ones, too
-  std::uint32_t group = 0;             // into LightSources::groups
+  std::uint32_t group = 0;             // into LightSources::groups, or one past them: the sky's
+  std::uint32_t sun = kNoSun;          // into LightSources::suns: directional, but not quite
 
   /// Irradiance at (position, unit normal) without anything between; lux.
   /// KHR_lights_punctual: 1/d2, range window max(min(1 - (d/range)^4, 1), 0), squared cone ramp.
@@ -36,6 +39,7 @@ struct PunctualLight {
     return kind == scene::LightKind::kDirectional ? -direction : position - at;
   }
   bool is_directional() const { return kind == scene::LightKind::kDirectional; }
+  bool is_of_sky() const { return sun != kNoSun; }
 };
 
 /// A triangle that emits, or the part of one where its texture is about even; or a point or spot
@@ -67,8 +71,9 @@ struct FacingCone {
   static FacingCone around(const FacingCone& a, const FacingCone& b);
 };
 
-/// Everything in a scene that sends light out, sky aside. Emitters have a hierarchy of their own
-/// (the product's builder over their boxes) so that many of them cost less than their number.
+/// Everything in a scene that sends light out, the sky without its suns aside. Emitters have a
+/// hierarchy of their own (the product's builder over their boxes) so that many of them cost less
+/// than their number.
 class LightSources {
  public:
   /// Which kinds take part; the effect plan decides.
@@ -81,12 +86,15 @@ class LightSources {
     /// cost less than their number.
     bool points_as_emitters = true;
   };
-  LightSources(const scene::Scene& scene, const optics::Optics& optics, const Kinds& kinds);
+  LightSources(const scene::Scene& scene, const optics::Optics& optics, const Kinds& kinds,
+               std::vector<optics::SkySun> suns = {});
 
   const std::vector<PunctualLight>& punctual() const { return punctual_; }
   const std::vector<Emitter>& emitters() const { return emitters_; }
   /// The light that an emitter is, if it is no triangle.
   const PunctualLight& point(const Emitter& e) const { return points_[e.point]; }
+  /// What a light is that is of the sky.
+  const optics::SkySun& sun(const PunctualLight& light) const { return suns_[light.sun]; }
   /// The sky has none here.
   const std::vector<LightGroup>& groups() const { return groups_; }
   const hierarchy::Hierarchy& emitter_tree() const { return emitter_tree_; }
@@ -104,6 +112,7 @@ class LightSources {
   void build_tree();
   void find_lamps();
 
+  std::vector<optics::SkySun> suns_;
   std::vector<PunctualLight> punctual_;
   std::vector<PunctualLight> points_;
   std::vector<Emitter> emitters_;

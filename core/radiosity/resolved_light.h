@@ -1,5 +1,8 @@
 #pragma once
 
+#include <bit>
+
+#include "core/base/random.h"
 #include "core/optics/surface_frame.h"
 #include "core/radiosity/direct_light.h"
 #include "core/radiosity/solution.h"
@@ -21,6 +24,13 @@ void for_each_resolved(const DirectLight& direct, const Solution& solution, Elem
   }
 }
 
+/// Two numbers in [0, 1) that differ from hit to hit.
+inline Vec2f random_at(const rays::Hit& hit) {
+  Random random(item_seed(hit.triangle, std::bit_cast<std::uint32_t>(hit.u),
+                          std::bit_cast<std::uint32_t>(hit.v)));
+  return {random.next_float(), random.next_float()};
+}
+
 /// Irradiance from the resolved lights where a ray hits element e, sharp: their formula where the
 /// element is lit, a shadow ray where it is mixed. deliver(light, lux): each that arrives.
 template <typename Deliver>
@@ -34,8 +44,14 @@ Rgb resolved_irradiance(const scene::Scene& scene, const DirectLight& direct,
   Rgb sum;
   for_each_resolved(direct, solution, e, at.frame,
                     [&](const PunctualLight& light, const Rgb& open, bool doubtful) {
+                      if (!doubtful) {
+                        sum += open;
+                        deliver(light, open);
+                        return;
+                      }
+                      const Vec2f on_sun = light.is_of_sky() ? random_at(hit) : Vec2f{};
                       const Rgb arrives =
-                          doubtful ? open * direct.punctual_visibility(at, light, counts) : open;
+                          open * direct.punctual_visibility(at, light, on_sun, counts);
                       sum += arrives;
                       deliver(light, arrives);
                     });

@@ -181,8 +181,9 @@ Status solve_groups(const StoredRaySystem& system, const Elements& elements,
       return to_double(solution.unresolved_by_group.of(e)[g]);
     };
     const auto rest = [&](ElementId e) {
-      const Rgb arrives = g == last ? shot.sky[e] : shot.resolved_by_group.of(e)[g];
-      return unresolved(e) + to_double(arrives);
+      Rgbd arrives = unresolved(e) + to_double(shot.resolved_by_group.of(e)[g]);
+      if (g == last) arrives += to_double(shot.sky[e]);
+      return arrives;
     };
     const auto resolved = [&](ElementId e) { return to_double(direct.of(e)[g]) - unresolved(e); };
     LB_ASSIGN_OR_RETURN(const auto answer,

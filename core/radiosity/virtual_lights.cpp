@@ -80,14 +80,15 @@ VirtualLights::VirtualLights(const scene::Scene& scene, const Elements& elements
     due += share;
     const auto now = static_cast<std::uint32_t>(std::floor(due) - before);
     const OwenSobol2 points(static_cast<std::uint32_t>(item_seed(options.seed, e, 61)));
+    const OwenSobol2 suns(static_cast<std::uint32_t>(item_seed(options.seed, e, 62)));
     const float each = elements.covered_area(e) / static_cast<float>(share * tries[e]);
     for (std::uint32_t s = 0; s < tries[e] * now; ++s) {
       const Receiver at = receiver(e, points.point(s));
       for_each_resolved(
           direct, solution, e, at.frame,
           [&](const PunctualLight& light, const Rgb& open, bool doubtful) {
-            const Rgb seen =
-                doubtful ? direct.punctual_visibility(at, light, unused) : Rgb{1, 1, 1};
+            const Rgb seen = doubtful ? direct.punctual_visibility(at, light, suns.point(s), unused)
+                                      : Rgb{1, 1, 1};
             const Rgb sent = elements.reflectance(e) * open * seen * each;
             if (sent.is_black()) return;
             add({at.frame.position, at.frame.normal, sent, at.triangle, light.group}, distance_[e]);

@@ -64,15 +64,16 @@ class CommandLine(programs.WithFolder):
         self.assertEqual(daemon.stop(), 0)
 
     def test_a_sun_in_the_sky_picture_is_told(self):
-        scene = self.write("room.glb", programs.room_glb())
+        scene = pathlib.Path(__file__).resolve().parent.parent / "data" / "reference" / "open_sky.glb"
         for name, sun in (("grey", 1000), ("sunny", 1e8)):
             sky = np.full((32, 64, 3), 1000.0)
             sky[5, 20] = sun
             hdr_file.write(self.path(name + ".hdr"), sky)
             plan = lightbatch("plan", scene, "-q", "--json", "--sky", self.path(name + ".hdr"))
             self.assertEqual(plan.returncode, 0, plan.stderr)
-            warned = [w for w in json.loads(plan.stdout)["report"]["warnings"] if "has a sun" in w]
-            self.assertEqual(len(warned), 1 if name == "sunny" else 0, name)
+            effects = {e["name"]: e for e in json.loads(plan.stdout)["report"]["plan"]["effects"]}
+            suns = [e for e in effects["sky"]["evidence"] if e.startswith("a sun of")]
+            self.assertEqual(len(suns), 1 if name == "sunny" else 0, name)
 
     def test_other_commands(self):
         scene = self.write("room.glb", programs.room_glb())

@@ -44,6 +44,29 @@ def sky():
     # integral of the cosine over the pixel: (y0^2 - y1^2) / 2 times its width
     lux = kept * (borders[0] ** 2 - borders[1] ** 2) / 2 * (2 * math.pi / 128)
     yield Case("sky/map_sun", with_floor(), Constant(lux), on_floor(), sky=image)
+    yield from suns_and_shadows()
+
+
+def suns_and_shadows():
+    """Suns of a few pixels beside the edge of something: wide ones cast penumbras."""
+    for name, rows, pixels, sky, blocker in (("wide", 32, 1, 0, shelf((2.5, 0.8, 0), 5, 6)), ("narrow", 256, 2, 1000, shelf((0.4, 0.6, 0), 0.4, 6)),
+                                             ("alone", 64, 3, 0, shelf((0.3, 1.5, 0), 0.5, 6))):
+        image = np.full((rows, 2 * rows, 3), float(sky))
+        first, left = round(0.29 * rows), round(1.9 * rows)  # 52 degrees high, about +X
+        image[first:first + pixels, left:left + pixels] = 3e5 * 4 * (rows / 32 / pixels) ** 2
+        nits = hdr_file.rounded(image)[first, left] - sky
+        heights = np.cos(math.pi * np.array([first, first + pixels]) / rows)
+        turns = (np.array([left, left + pixels]) / rows - 1) * math.pi
+        corners = [(math.sqrt(1 - y * y) * math.cos(a), y, math.sqrt(1 - y * y) * math.sin(a))
+                   for y, a in ((heights[0], turns[0]), (heights[0], turns[1]), (heights[1], turns[1]), (heights[1], turns[0]))]
+        # Edges of pixels are no great circles: the light of the polygon is that of the pixels.
+        lux = nits * (heights[0] ** 2 - heights[1] ** 2) / 2 * (turns[1] - turns[0])
+        far = 1e5 * np.array(corners)
+        sun = Lamp(far, lux / Lamp(far, 1, two_sided=True)(np.zeros(3), np.array(UP)), two_sided=True, behind=[blocker])
+        scene = with_floor()
+        scene.mesh(fan(blocker), scene.material(double_sided=True))
+        where = [((x, 0, 0.07), UP) for x in (-1.6, -0.3, 0.41, 0.55, 0.61, 0.66, 0.72, 1.05, 1.2, 1.25, 1.7)]
+        yield Case(f"sky/map_sun_{name}", scene, Sum(sun, Sky(sky, [blocker])), where, sky=image, over_texels=True, density=25)
 
 
 def upright():
