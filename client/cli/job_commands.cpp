@@ -18,6 +18,11 @@ namespace {
 using Json = nlohmann::json;
 using FileMap = std::map<std::string, std::filesystem::path>;
 
+/// Whether relight reads such a file; what else lies in the folder is nobody's business.
+bool is_of_bake(const std::filesystem::path& name) {
+  return name == "report.json" || name == "probes.json" || name.extension() == ".exr";
+}
+
 /// A bake as relight takes it: a folder of earlier results, or the scene.glb inside one.
 client::Outcome<FileMap> bake_files(const std::filesystem::path& bake, std::string& main) {
   std::error_code error;
@@ -27,9 +32,9 @@ client::Outcome<FileMap> bake_files(const std::filesystem::path& bake, std::stri
   const auto folder = is_folder ? bake : bake.parent_path();
   for (const auto& entry :
        std::filesystem::directory_iterator(folder.empty() ? "." : folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (entry.is_regular_file(error) && name.find(".partial-") == std::string::npos) {
-      files[name] = entry.path();
+    const std::filesystem::path name = entry.path().filename();
+    if (entry.is_regular_file(error) && (name == main || is_of_bake(name))) {
+      files[name.string()] = entry.path();
     }
   }
   if (!files.contains(main)) {
@@ -234,8 +239,8 @@ int run_job_command(v1::JobKind kind, const JobWords& words, const ServerOptions
   if (!std::filesystem::exists(words.scene, ignored)) {
     return usage_error("there is no file " + words.scene);
   }
-  if (kind != v1::JOB_KIND_RELIGHT && std::filesystem::is_directory(words.scene, ignored)) {
-    return usage_error(words.scene + " is a folder; name the scene's file in it");
+  if (kind != v1::JOB_KIND_RELIGHT && !std::filesystem::is_regular_file(words.scene, ignored)) {
+    return usage_error(words.scene + " is no regular file; name a .gltf or .glb");
   }
   OutputPlace place;
   if (const auto complaint = try_output(kind, words, place)) return usage_error(*complaint);
@@ -247,7 +252,8 @@ int run_job_command(v1::JobKind kind, const JobWords& words, const ServerOptions
   v1::SubmitJobRequest request;
   request.set_scene(scene->name());
   *request.mutable_options() = wanted.options;
-  request.set_display_name(std::filesystem::path(words.scene).filename().string().substr(0, 80));
+  request.set_display_name(
+      client::utf8_of(std::filesystem::path(words.scene).filename().string().substr(0, 80)));
   if (words.no_cache) request.set_cache_policy(v1::CACHE_POLICY_OFF);
   auto job = session.client().submit(request);
   if (!job.ok()) return report_error(job.error(), words.json);

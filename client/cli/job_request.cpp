@@ -51,7 +51,7 @@ class Builder {
     const std::string folder =
         kInputFolder + std::to_string(request_.options.other_scenes_size() + 1) + "/";
     for (const auto& [path, beside] : *files) request_.extra_files[folder + path] = beside;
-    request_.options.add_other_scenes(folder + std::filesystem::path(file).filename().string());
+    request_.options.add_other_scenes(folder + client::manifest_name(file));
   }
 
   void accuracy() {

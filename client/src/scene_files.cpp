@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -85,6 +86,13 @@ int hex_digit(char c) {
   return -1;
 }
 
+bool is_manifest_text(const std::string& text) {
+  if (text.size() > 1024 || utf8_of(text) != text) return false;
+  return std::none_of(text.begin(), text.end(), [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 || c == '\\' || c == 0x7f;
+  });
+}
+
 /// uri -> manifest path: percent-decoded, "./" taken out. Empty for what cannot lie in the
 /// scene's folder.
 std::string manifest_path(std::string_view uri) {
@@ -98,10 +106,7 @@ std::string manifest_path(std::string_view uri) {
       decoded += uri[i];
     }
   }
-  if (decoded.empty() || decoded[0] == '/' || decoded.size() > 1024) return {};
-  for (const char c : decoded) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == '\\' || c == 0x7f) return {};
-  }
+  if (decoded.empty() || decoded[0] == '/' || !is_manifest_text(decoded)) return {};
   std::string path;
   for (std::size_t begin = 0; begin <= decoded.size();) {
     const std::size_t end = std::min(decoded.find('/', begin), decoded.size());
@@ -114,6 +119,17 @@ std::string manifest_path(std::string_view uri) {
 }
 
 }  // namespace
+
+std::string utf8_of(const std::string& text) {
+  return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::ignore))
+      .get<std::string>();
+}
+
+std::string manifest_name(const std::filesystem::path& main) {
+  const std::string name = main.filename().string(), kind = main.extension().string();
+  if (is_manifest_text(name)) return name;
+  return "scene" + (is_manifest_text(kind) ? kind : std::string());
+}
 
 Outcome<std::map<std::string, std::filesystem::path>> scene_files(
     const std::filesystem::path& main) {
@@ -128,7 +144,7 @@ Outcome<std::map<std::string, std::filesystem::path>> scene_files(
     missing.place = main.string();
     return missing;
   }
-  std::map<std::string, std::filesystem::path> files = {{main.filename().string(), main}};
+  std::map<std::string, std::filesystem::path> files = {{manifest_name(main), main}};
   UriScan scan;
   const std::string text = json_text(file, bytes);
   // What does not parse is uploaded as it is: the service says what is wrong and where.

@@ -212,7 +212,7 @@ Outcome<v1::Scene> Client::upload_scene(const std::filesystem::path& main,
   auto files = scene_files(main);
   if (!files.ok()) return files.error();
   for (const auto& [path, file] : extra) (*files)[path] = file;
-  return upload_files(main.filename().string(), *files, progress);
+  return upload_files(manifest_name(main), *files, progress);
 }
 
 }  // namespace lightbatch::client

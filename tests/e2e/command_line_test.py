@@ -205,7 +205,7 @@ class CommandLine(programs.WithFolder):
         for words in [["bake"], ["bake", scene, "--target-error", "much"], ["roast", scene],
                       ["bake", self.path("missing.glb")], ["jobs"],
                       ["bake", scene, "--target-error", "2%", "--time-budget", "3s"],
-                      ["bake", scene, "--sky", self.path("missing.hdr")], ["bake", self.folder],
+                      ["bake", scene, "--sky", self.path("missing.hdr")], ["bake", self.folder], ["bake", "/dev/null"],
                       ["bake", scene, "-o", scene], ["bake", scene, "-o", scene + "/out"],
                       ["bake", scene, "-o", self.path("new"), "--report", self.path("no/r.json")],
                       ["hierarchy", scene, "-o", self.path("no/boxes.glb")]]:
@@ -220,6 +220,16 @@ class CommandLine(programs.WithFolder):
         self.assertEqual(lightbatch("--help").returncode, 0)
         self.assertEqual(lightbatch("bake", "--help").returncode, 0)
         self.assertEqual(lightbatch("--version").returncode, 0)
+
+    def test_file_names_of_all_kinds(self):
+        for name in ["x" * 79 + "\u00fc.glb", "\u65e5\u672c" * 30 + ".glb", b"\xfc.glb", "back\\slash.glb", "new\nline.glb"]:
+            scene = os.path.join(os.fsencode(self.folder), os.fsencode(name))
+            with open(scene, "wb") as file:
+                file.write(programs.room_glb())
+            done = subprocess.run([programs.OPTIONS.client, "bake", scene, "-q", "--no-lightmaps",
+                                   "-o", self.path("named")], capture_output=True, timeout=900)
+            self.assertEqual(done.returncode, 0, (name, done.stderr))
+            self.assertEqual(done.stderr, b"")
 
     def test_control_c_cancels(self):
         office = self.path("office.glb")

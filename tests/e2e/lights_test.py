@@ -5,6 +5,7 @@
 """
 import argparse
 import json
+import os
 import pathlib
 import shutil
 import subprocess
@@ -79,6 +80,10 @@ class Relight(unittest.TestCase):
         self.assertEqual({g["layer"] for g in report["light_groups"]}, {"light_0", "light_1", "material_1", "sky"})
         unchanged = self.folder / "nothing.json"
         unchanged.write_text("{}")
+        large = self.folder / "old" / "large.bin"
+        large.touch()
+        os.truncate(large, 1 << 40)  # no file of a bake: not sent
+        self.addCleanup(large.unlink)
         done = lightbatch("relight", self.folder / "old", "--lights", unchanged, "-o", self.folder / "same")
         self.assertEqual(done.returncode, 0, done.stderr)
         same, _ = page(self.folder / "same")

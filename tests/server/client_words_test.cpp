@@ -139,6 +139,22 @@ TEST_F(SceneFilesTest, TakesWhatLiesInTheFolder) {
   EXPECT_EQ(paths(std::string(100'000, '[')), Paths{"main.gltf"});
 }
 
+TEST_F(SceneFilesTest, AnyFileNameCanBeTheMainFile) {
+  EXPECT_EQ(client::manifest_name("a/\xc3\xbc \"<%41>.glb"), "\xc3\xbc \"<%41>.glb");
+  EXPECT_EQ(client::manifest_name("a/\xfc.gltf"), "scene.gltf");
+  EXPECT_EQ(client::manifest_name("back\\slash.glb"), "scene.glb");
+  EXPECT_EQ(client::manifest_name("new\nline.glb"), "scene.glb");
+  EXPECT_EQ(client::manifest_name("x.\xfc"), "scene");
+  const auto main = folder_ / "\xfc.glb";
+  std::ofstream(main) << "x";
+  ASSERT_TRUE(client::scene_files(main).ok());
+  EXPECT_EQ(client::scene_files(main)->begin()->first, "scene.glb");
+  std::ofstream(folder_ / "scene" / "\xfc.bin") << "x";
+  EXPECT_EQ(paths(R"({"buffers":[{"uri":"%FC.bin"}]})"), std::vector<std::string>{"main.gltf"});
+  // Cut within a character.
+  EXPECT_EQ(client::utf8_of(std::string("\xe6\x97\xa5\xe6\x9c")), "\xe6\x97\xa5");
+}
+
 TEST_F(SceneFilesTest, MissingMainIsAnError) {
   const auto files = client::scene_files(folder_ / "nothing.glb");
   ASSERT_FALSE(files.ok());

@@ -130,6 +130,13 @@ class Client {
 Outcome<std::map<std::string, std::filesystem::path>> scene_files(
     const std::filesystem::path& main);
 
+/// The name of a scene's main file in its manifest: its own, or scene.glb (scene.gltf...) where
+/// that cannot stand in a manifest.
+std::string manifest_name(const std::filesystem::path& main);
+
+/// The text without bytes that are not UTF-8.
+std::string utf8_of(const std::string& text);
+
 /// SHA-256 and size of a file.
 Outcome<v1::Digest> digest_file(const std::filesystem::path& file);
 
