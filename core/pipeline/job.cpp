@@ -58,6 +58,9 @@ Status validate(const JobOptions& o) {
       if (!finite(e) || e < 0.001 || e > 1) return bad_option("sweep errors: 0.1% to 100%");
     }
   }
+  if (o.kind == JobKind::kRelight && o.lights_file.empty()) {
+    return bad_option("a relight needs a file of new lights");
+  }
   for (const int level : o.levels) {
     if (level < 0 || level > 1000) return bad_option("levels: 0 to 1000");
   }

@@ -42,7 +42,7 @@ Result<JobOutcome> run_quote(const JobOptions& options, const JobInput& input,
     char line[128];
     char measured[32] = "-";
     if (price.error > 0) std::snprintf(measured, sizeof measured, "%.2f %%", 100 * price.error);
-    std::snprintf(line, sizeof line, "%5.2g %%    %-9s  %.2f s\n", 100 * price.target, measured,
+    std::snprintf(line, sizeof line, "%5.4g %%    %-9s  %.2f s\n", 100 * price.target, measured,
                   price.seconds);
     summary += line;
   }
