@@ -1,9 +1,12 @@
 #include "core/scene_in/lights.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <string>
+#include <string_view>
 
 #include "core/gltf/fields.h"
 #include "core/scene_in/place.h"
@@ -42,10 +45,31 @@ bool set_light(const tinygltf::Light& source, scene::Light& light) {
   return good;
 }
 
+/// Lights whose colour or intensity an animation changes by KHR_animation_pointer.
+std::set<std::uint32_t> changing_lights(const gltf::Json& json) {
+  constexpr std::string_view kLights = "/extensions/KHR_lights_punctual/lights/";
+  std::set<std::uint32_t> changing;
+  for (const gltf::Json& animation : gltf::list_field(json, "animations")) {
+    for (const gltf::Json& channel : animation["channels"]) {
+      const gltf::Json* target = gltf::extension_of(channel["target"], "KHR_animation_pointer");
+      if (target == nullptr) continue;
+      const std::string pointer = gltf::text_field(*target, "pointer");
+      std::uint32_t light = 0;
+      if (pointer.starts_with(kLights) &&
+          std::from_chars(pointer.data() + kLights.size(), pointer.data() + pointer.size(), light)
+                  .ec == std::errc()) {
+        changing.insert(light);
+      }
+    }
+  }
+  return changing;
+}
+
 }  // namespace
 
 Status read_lights(const gltf::Document& document, const tinygltf::Model& model,
                    const NodeTree& tree, scene::Scene& scene) {
+  const std::set<std::uint32_t> changing = changing_lights(document.json);
   for (const PlacedNode& placed : tree.placed) {
     const gltf::Json& node = document.json["nodes"][placed.node];
     const gltf::Json* found = gltf::extension_of(node, "KHR_lights_punctual");
@@ -70,9 +94,10 @@ Status read_lights(const gltf::Document& document, const tinygltf::Model& model,
       scene.warnings.push_back(place + ": unknown type of light, left out");
       continue;
     }
-    if (placed.animated) {
+    if (placed.animated || changing.contains(light.gltf_index)) {
       scene.skipped.push_back({.node = placed.node, .reason = "animated"});
-      scene.warnings.push_back(place + ": a moving light is not baked");
+      scene.warnings.push_back(place + (placed.animated ? ": a moving light is not baked"
+                                                        : ": a changing light is not baked"));
       continue;
     }
     light.name = source.name.empty() ? gltf::text_field(node, "name") : source.name;

@@ -109,5 +109,26 @@ TEST(Light, MovingLightsAreListed) {
   EXPECT_EQ(scene.skipped[0].reason, "animated");
 }
 
+TEST(Light, ChangingLightsAreListed) {
+  SceneBuilder builder = lit({{"type", "point"}});
+  builder.json["nodes"].push_back(builder.json["nodes"][1]);
+  builder.json["nodes"][2]["extensions"][kLights]["light"] = 1;
+  builder.json["scenes"][0]["nodes"].push_back(2);
+  builder.json["extensions"][kLights]["lights"].push_back({{"type", "point"}});
+  const std::size_t times = builder.accessor(std::vector<float>{0, 1}, "SCALAR", 1);
+  const std::size_t values = builder.accessor(std::vector<float>{1, 9}, "SCALAR", 1);
+  Json target{{"path", "pointer"}};
+  target["extensions"]["KHR_animation_pointer"]["pointer"] =
+      "/extensions/KHR_lights_punctual/lights/1/intensity";
+  builder.json["animations"] = {{{"channels", {{{"sampler", 0}, {"target", target}}}},
+                                 {"samplers", {{{"input", times}, {"output", values}}}}}};
+  builder.json["extensionsUsed"].push_back("KHR_animation_pointer");
+  const scene::Scene scene = read(builder);
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(scene.lights[0].node, 1u);
+  ASSERT_EQ(scene.skipped.size(), 1u);
+  EXPECT_EQ(scene.skipped[0].node, 2u);
+}
+
 }  // namespace
 }  // namespace lightbatch::scene_in
