@@ -34,6 +34,12 @@ bool is_direction(const AttributeType& type) {
           type.component_type == 5122);
 }
 
+/// Between two numbers of features or joints lies no third.
+bool is_number_of_something(const AttributeType& type) {
+  if (type.name.starts_with("_FEATURE_ID_") || type.name.starts_with("JOINTS_")) return true;
+  return type.name.starts_with("_") && type.component_type != 5126 && !type.normalized;
+}
+
 }  // namespace
 
 double component(const AttributeType& type, const std::byte* element, std::size_t i) {
@@ -168,6 +174,13 @@ void CornerCopier::mix(const std::array<std::uint32_t, 3>& vertices,
             weights[i] * component(type, source_.data[s].data() + vertices[i] * type.bytes(), c);
       return value;
     };
+    if (is_number_of_something(type)) {
+      const auto nearest = std::max_element(weights.begin(), weights.end()) - weights.begin();
+      const std::byte* element =
+          source_.data[s].data() + vertices[static_cast<std::size_t>(nearest)] * type.bytes();
+      out.insert(out.end(), element, element + type.bytes());
+      continue;
+    }
     if (is_direction(type)) {
       push_direction(type, {mixed(0), mixed(1), mixed(2)}, out);
       if (type.components == 4) {

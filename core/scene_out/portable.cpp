@@ -116,7 +116,9 @@ Result<Json> portable_primitives(Writer& w, std::uint32_t index) {
   for (const MeshData& mesh : meshes) {
     Json primitive = add_primitive(w.binary, mesh.types, mesh.data, mesh.indices);
     primitive["material"] = portable_material(w, object.material);
-    if (const Json* extras = member(source, "extras")) primitive["extras"] = *extras;
+    for (const char* key : {"extras", "extensions"})
+      if (const Json* value = member(source, key)) primitive[key] = *value;
+    erase_extension(primitive, "KHR_materials_variants");  // baked light is of one look
     primitives.push_back(std::move(primitive));
   }
   if (!unlit.empty()) {

@@ -58,6 +58,32 @@ WriteOptions step_of_light(const Loaded& in) {
   return options;
 }
 
+TEST(Portable, FeaturesAreNotMixed) {
+  FileBuilder file = floor_file(false);
+  std::vector<float> ids(24);
+  for (std::size_t v = 0; v < ids.size(); ++v) ids[v] = 10.0f * static_cast<float>(v % 4);
+  Json& primitive = file.json["meshes"][0]["primitives"][0];
+  primitive["attributes"]["_FEATURE_ID_0"] = file.accessor(ids, 5126, "SCALAR");
+  primitive["extensions"]["EXT_mesh_features"]["featureIds"] = {
+      {{"featureCount", 4}, {"attribute", 0}}};
+  file.json["extensionsUsed"] = {"EXT_mesh_features"};
+  const Loaded in = load(file.glb());
+  const auto glb =
+      *write_scene(in.document, in.scene, nullptr, nullptr, nullptr, step_of_light(in));
+  const gltf::Document out = testing::read(glb);
+  std::size_t vertices = 0;
+  for (const Json& mesh : out.json["meshes"])
+    for (const Json& p : mesh["primitives"]) {
+      EXPECT_EQ(p["extensions"], primitive["extensions"]);
+      const auto values = *gltf::read_values(out, p["attributes"]["_FEATURE_ID_0"]);
+      for (const float id : values.data) {
+        EXPECT_EQ(std::remainder(id, 10.0f), 0);
+        ++vertices;
+      }
+    }
+  EXPECT_GT(vertices, 2 * ids.size());  // subdivided
+}
+
 TEST(Portable, ColoursAreLuminanceTimesExposure) {
   for (const bool batches : {true, false}) {
     const Loaded in = load(floor_file(false).glb());
