@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 
 #include "core/scene_out/json_access.h"
 
@@ -85,6 +86,34 @@ Clones settle_materials(Json& root, std::uint32_t original, Clones clones) {
   });
   for (auto& [source, clone] : clones) clone = number[clone];
   return clones;
+}
+
+void animate_clones(Json& root, const Clones& clones) {
+  Json* animations = member(root, "animations");
+  if (animations == nullptr || clones.empty()) return;
+  constexpr std::string_view kMaterials = "/materials/";
+  for (Json& animation : *animations) {
+    Json* channels = member(animation, "channels");
+    if (channels == nullptr) continue;
+    Json added = Json::array();
+    for (const Json& channel : *channels) {
+      const Json* target = extension(channel.at("target"), "KHR_animation_pointer");
+      const Json* pointer = target == nullptr ? nullptr : member(*target, "pointer");
+      if (pointer == nullptr || !pointer->is_string()) continue;
+      const auto text = pointer->get<std::string>();
+      if (!text.starts_with(kMaterials)) continue;
+      const std::size_t end = std::min(text.find('/', kMaterials.size()), text.size());
+      const std::string number = text.substr(kMaterials.size(), end - kMaterials.size());
+      for (const auto& [source, clone] : clones) {
+        if (number != std::to_string(source) || clone == source) continue;
+        Json copy = channel;
+        copy["target"]["extensions"]["KHR_animation_pointer"]["pointer"] =
+            std::string(kMaterials) + std::to_string(clone) + text.substr(end);
+        added.push_back(std::move(copy));
+      }
+    }
+    for (Json& channel : added) channels->push_back(std::move(channel));
+  }
 }
 
 bool is_emissive(const Json& material) {

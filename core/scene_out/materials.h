@@ -21,6 +21,9 @@ using Clones = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 /// Returns the clones by their new numbers.
 Clones settle_materials(gltf::Json& root, std::uint32_t original, Clones clones);
 
+/// Animations that change an original by KHR_animation_pointer change its clones, too.
+void animate_clones(gltf::Json& root, const Clones& clones);
+
 /// Whether the material's emissive factor is not black.
 bool is_emissive(const gltf::Json& material);
 

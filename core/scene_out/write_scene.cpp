@@ -133,6 +133,7 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   drop_meshes(w.root, document.json);
   const Clones clones =
       settle_materials(w.root, count_of(document.json, "materials"), w.materials.clones());
+  animate_clones(w.root, clones);
   if (scene_index < count_of(w.root, "scenes")) {
     if (images != nullptr)
       if (Json emitters = clones_of_emitters(w.root, clones); !emitters.empty())

@@ -185,6 +185,36 @@ TEST(Keep, VariantsKeepTheirMappings) {
   }
 }
 
+TEST(Keep, AnimatedMaterialsChangeWithTheirClones) {
+  FileBuilder file;
+  file.json["materials"] = {{{"name", "still"}}, {{"name", "sign"}}};
+  Json cube = file.cube();
+  cube["material"] = 1;
+  file.node({{"mesh", file.mesh({cube})}, {"name", "static"}});
+  Json morphing = cube;
+  morphing["targets"] = {{{"POSITION", cube["attributes"]["POSITION"]}}};
+  file.node({{"mesh", file.mesh({morphing})}, {"name", "morphs"}});
+  const std::uint32_t times = file.accessor(std::vector<float>{0, 1}, 5126, "SCALAR");
+  file.json["accessors"][times].update(Json{{"min", {0}}, {"max", {1}}});
+  const std::uint32_t values = file.accessor(std::vector<float>{0, 0, 0, 1, 1, 1}, 5126, "VEC3");
+  Json channel{{"sampler", 0}, {"target", {{"path", "pointer"}}}};
+  Json& pointer = channel["target"]["extensions"]["KHR_animation_pointer"]["pointer"];
+  pointer = "/materials/1/emissiveFactor";
+  file.json["animations"] = {
+      {{"channels", {channel}}, {"samplers", {{{"input", times}, {"output", values}}}}}};
+  file.json["extensionsUsed"] = {"KHR_animation_pointer"};
+  EXPECT_EQ(written(file)["animations"][0]["channels"], Json::array({channel}));
+  const Json out = written(file, true, true);
+  std::size_t clone = 0;
+  for (std::size_t m = 2; m < out["materials"].size(); ++m)
+    if (out["materials"][m]["name"] == "sign") clone = m;
+  ASSERT_GT(clone, 0u);
+  Json second = channel;
+  second["target"]["extensions"]["KHR_animation_pointer"]["pointer"] =
+      "/materials/" + std::to_string(clone) + "/emissiveFactor";
+  EXPECT_EQ(out["animations"][0]["channels"], Json::array({channel, second}));
+}
+
 TEST(Keep, UnlitVariantsGetNoLightmap) {
   FileBuilder file;
   Json unlit{{"name", "screen"}};
