@@ -8,6 +8,7 @@
 #include "core/image/codecs.h"
 #include "core/scene_out/batch_meshes.h"
 #include "core/scene_out/draco_encode.h"
+#include "core/scene_out/earlier.h"
 #include "core/scene_out/in_place.h"
 #include "core/scene_out/lights.h"
 #include "core/scene_out/mend_decoded.h"
@@ -111,6 +112,7 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
                  images->intensity.size() == images->png.size(),
              "one picture and one intensity for each page");
     about["carrier"] = "lightmap";
+    rename_earlier_pages(w.root, scene_index);
     if (!images->png.empty()) about[kPageImages] = add_pages(w, *images);
   }
   if (w.portable()) {
@@ -121,6 +123,7 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   }
   embed_images(w);
   LB_RETURN_IF_ERROR(rewrite_nodes(w, plan));
+  clear_earlier_nodes(w.root, count_of(document.json, "nodes"));
   if (scene_index < count_of(w.root, "scenes")) {
     if (plan != nullptr) LB_RETURN_IF_ERROR(add_batches(w, *plan, scene_index));
     if ((images != nullptr || w.portable()) && options.remove_lights)

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <map>
 #include <set>
+#include <string>
 
 #include "core/gltf/accessor.h"
 #include "tests/unit/scene_out/files.h"
@@ -214,6 +216,34 @@ TEST(LightmapFile, ClonesOfEmittersAreListed) {
       for (const Json& p : mesh["primitives"])
         EXPECT_TRUE(listed.contains(p["material"].get<std::size_t>()));
   }
+}
+
+TEST(Lightmap, AnEarlierRunIsNotTakenForThisOne) {
+  const Loaded first = load(boxes(3, false).glb());
+  const atlas::Layout layout = testing::simple_layout(first.scene, 2);
+  const Bytes once = write(first, true, &layout).glb;
+  const Loaded second = load(once);
+  const atlas::Layout again = testing::simple_layout(second.scene, 2);
+  const Json out = testing::read(write(second, true, &again).glb).json;
+  std::map<std::string, int> names;
+  for (const Json& image : out["images"]) ++names[image["name"].get<std::string>()];
+  EXPECT_EQ(names, (std::map<std::string, int>{{"earlier_lightmap_0", 1},
+                                               {"earlier_lightmap_1", 1},
+                                               {"lightmap_0", 1},
+                                               {"lightmap_1", 1}}));
+  const Json& pages = out["scenes"][0]["extras"]["lightbatch"]["page_images"];
+  EXPECT_EQ(out["images"][pages[0].get<std::size_t>()]["name"], "lightmap_0");
+  std::set<std::string> batches;
+  for (const Json& node : out["nodes"]) {
+    const std::string name = node.value("name", "");
+    if (name.starts_with("batch_")) {
+      EXPECT_TRUE(batches.insert(name).second) << name;
+    }
+    if (node.contains("extras") && node["extras"].contains("lightbatch")) {
+      EXPECT_TRUE(node.contains("mesh"));
+    }
+  }
+  EXPECT_FALSE(batches.empty());
 }
 
 }  // namespace
