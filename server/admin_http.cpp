@@ -5,6 +5,9 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <variant>
@@ -49,12 +52,13 @@ class Session : public std::enable_shared_from_this<Session> {
     stream_.expires_after(kRequestTime);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](beast::error_code error, std::size_t) {
-                       if (!error) self->answer();
+                       // The header is whole then; nobody reads the body.
+                       if (!error || error == http::error::body_limit) self->answer(error);
                      });
   }
 
  private:
-  void answer() {
+  void answer(beast::error_code unread) {
     const auto& request = parser_->get();
     AdminAnswer answer;
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
@@ -63,9 +67,19 @@ class Session : public std::enable_shared_from_this<Session> {
       const std::string target(request.target());
       answer = handler_(std::string_view(target).substr(0, target.find('?')));
     }
-    const bool keep_alive = request.keep_alive();
+    const bool keep_alive = request.keep_alive() && !unread;
     const auto code = static_cast<unsigned>(answer.code);
-    if (request.method() == http::verb::head) answer.file.clear();
+    if (request.method() == http::verb::head) {
+      std::error_code missing;
+      const std::uint64_t size = answer.file.empty()
+                                     ? answer.text.size()
+                                     : std::filesystem::file_size(answer.file, missing);
+      http::response<http::empty_body> response{
+          missing ? http::status::not_found : http::int_to_status(code), request.version()};
+      set_headers(response, answer, keep_alive);
+      response.content_length(missing ? 0 : size);
+      return write(std::move(response));
+    }
     if (!answer.file.empty()) {
       http::response<http::file_body> response{http::int_to_status(code), request.version()};
       beast::error_code error;
@@ -78,7 +92,7 @@ class Session : public std::enable_shared_from_this<Session> {
     }
     http::response<http::string_body> response{
         http::int_to_status(static_cast<unsigned>(answer.code)), request.version()};
-    if (request.method() != http::verb::head) response.body() = answer.text;
+    response.body() = answer.text;
     set_headers(response, answer, keep_alive);
     write(std::move(response));
   }

@@ -80,6 +80,7 @@ AdminAnswer admin_page(ServiceContext& context, Database& database, std::string_
   if (path == "/healthz") return plain(200, "ok\n");
   if (path == "/readyz") {
     if (context.board.stopping()) return plain(503, "draining\n");
+    if (!context.blobs.has_room()) return plain(503, "the disk is full\n");
     return database.writable() ? plain(200, "ready\n") : plain(503, "the store takes no writes\n");
   }
   if (path == "/metrics") return metrics_page(context);

@@ -83,6 +83,8 @@ class BlobStore {
   /// Removes blobs that are not `named` and idle for longer; adds to the two counts.
   Status remove_others(const std::set<std::string>& named, double idle_seconds, std::int64_t& count,
                        std::int64_t& bytes);
+  /// Whether small files still find a place on the disk.
+  bool has_room() const { return check_space(std::int64_t{1} << 20).ok(); }
   const BlobLimits& limits() const { return limits_; }
 
  private:

@@ -108,6 +108,22 @@ TEST(Admin, ServesHealthMetricsAndPages) {
   EXPECT_NE(get("/../etc/passwd").find("404"), std::string::npos);
   EXPECT_NE(http(port, "POST / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").find("405"),
             std::string::npos);
+  EXPECT_NE(http(port, "POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 2\r\n\r\nhi").find("405"),
+            std::string::npos);
+  const std::string head =
+      http(port, "HEAD /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  EXPECT_NE(head.find("Content-Length: 3\r\n"), std::string::npos) << head;
+  EXPECT_TRUE(head.ends_with("\r\n\r\n")) << head;
+}
+
+TEST(Admin, IsNotReadyOnAFullDisk) {
+  ServiceConfig config;
+  config.admin_port = 0;
+  config.blobs.keep_free_bytes = std::int64_t{1} << 60;
+  TestService service(config);
+  const int port = service.service().admin_port();
+  EXPECT_NE(http(port, "GET /readyz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").find("503"),
+            std::string::npos);
 }
 
 TEST(Start, RefusesWhatIsNotSafe) {
