@@ -11,7 +11,8 @@
 namespace lightbatch::radiosity {
 
 /// What a triangle emits, by parts: it is cut in four again and again, measured where it is cut
-/// most finely, and put together where that is about even.
+/// most finely, and put together where that is about even. What holds much of its light in a small
+/// part is cut on.
 class EmissionParts {
  public:
   using Part = std::array<Vec2f, 3>;  // by barycentric places
@@ -29,39 +30,45 @@ class EmissionParts {
   /// `cut`. Parts are equal in area where they are of one level.
   template <typename Visit>
   void for_each(bool cut, const Visit& visit) const {
-    visit_even(kWhole, 0, 0, cut, visit);
+    if (!cut) {
+      visit(kWhole, mean(0, 0));
+      return;
+    }
+    for (const Measured& m : parts_) visit(m.part, m.mean);
   }
 
  private:
   static constexpr Part kWhole{Vec2f{0, 0}, Vec2f{1, 0}, Vec2f{0, 1}};
   static std::array<Part, 4> quarters_of(const Part& part);
 
+  struct Measured {
+    Part part;
+    Rgb mean;
+    float range = 0;  // largest channel's, over the samples
+    int level = 0;
+  };
+
   Rgb measure(const Part& part, int level, std::size_t index);
-  Rgb mean_of(const Part& part, std::size_t index) const;
-  Rgb sampled(const Part& part, int side, Vec2f shift, bool& even) const;
+  Measured mean_of(const Part& part, int level, std::size_t index) const;
+  Measured sampled(const Part& part, int side, Vec2f shift) const;
+  void find_even(const Part& part, int level, std::size_t index);
+  /// Cuts the finest parts on where they hold much.
+  void cut_on();
   bool is_even(int level, std::size_t index) const;
+  float slack(int level) const;
   Rgb mean(int level, std::size_t index) const {
     return means_[static_cast<std::size_t>(level)][index];
-  }
-
-  template <typename Visit>
-  void visit_even(const Part& part, int level, std::size_t index, bool cut,
-                  const Visit& visit) const {
-    if (!cut || level == levels_ || is_even(level, index)) {
-      visit(part, mean(level, index));
-      return;
-    }
-    const std::array<Part, 4> quarters = quarters_of(part);
-    for (std::size_t k = 0; k < 4; ++k) {
-      visit_even(quarters[k], level + 1, 4 * index + k, cut, visit);
-    }
   }
 
   const optics::Optics& optics_;
   std::uint32_t triangle_;
   int levels_ = 0;
+  double texels_ = 0;
+  double samples_ = 0;                   // that the triangle may have
   int most_samples_ = 0;                 // of an uneven part, each way; 0: one point serves
   std::vector<std::vector<Rgb>> means_;  // by level; quarters of a part lie side by side
+  std::vector<float> range_;             // of the finest
+  std::vector<Measured> parts_;
 };
 
 }  // namespace lightbatch::radiosity
