@@ -126,7 +126,9 @@ Rgb Gather::read(ElementId e, const rays::Hit& hit, ElementId served, const Path
     for (std::size_t g = 0; g < unresolved.size(); ++g) path.add(g, unresolved[g]);
   }
   if (served != radiosity::kNoElement) return solution.unresolved[e];
-  const Rgb reflectance = input_.elements.reflectance(e);
+  if (solution.light_state.empty() || solution.light_state[e] == 0) return solution.unresolved[e];
+  const Rgb reflectance =
+      radiosity::reflectance_at(input_.optics, input_.elements, e, hit.triangle, hit.u, hit.v);
   const Rgb resolved = radiosity::resolved_irradiance(
       input_.scene, input_.direct, solution, e, hit, counts.rays,
       [&](const radiosity::PunctualLight& light, const Rgb& arrives) {
@@ -167,7 +169,10 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, ElementId served,
                           BakeCounts& counts) const {
   ++counts.deeper_gathers;
   Random random(mix_bits(numbers.seed ^ hit.triangle));
-  Rgb reflectance = input_.elements.reflectance(e);
+  // A walk goes by means: white spots of a texture would make it long.
+  Rgb reflectance = depth > 0 ? input_.elements.reflectance(e)
+                              : radiosity::reflectance_at(input_.optics, input_.elements, e,
+                                                          hit.triangle, hit.u, hit.v);
   bool through = false;
   if (const Rgb tau = input_.elements.transmittance(e); !tau.is_black()) {
     // One side or the other.

@@ -110,6 +110,7 @@ class DirectLight {
   DirectLight(const optics::Optics& optics, const rays::Caster& caster, const LightSources& sources,
               bool shadows = true);
 
+  const optics::Optics& optics() const { return *optics_; }
   const LightSources& sources() const { return *sources_; }
   float lift() const { return lift_; }
 

@@ -10,6 +10,14 @@
 
 namespace lightbatch::radiosity {
 
+/// Reflectance at a point of an element: its own where it varies on the triangle, as on a bright
+/// spot of a texture in the sun.
+inline Rgb reflectance_at(const optics::Optics& optics, const Elements& elements, ElementId e,
+                          std::uint32_t triangle, float u, float v) {
+  return optics.textured_reflectance(triangle) ? optics.scatterer(triangle, u, v).reflectance
+                                               : elements.reflectance(e);
+}
+
 /// Calls deliver(light, lux, doubtful) for the resolved lights that may reach a point on element
 /// e; lux: with nothing between; doubtful: the element is mixed, so that something may be.
 template <typename Deliver>

@@ -83,13 +83,16 @@ VirtualLights::VirtualLights(const scene::Scene& scene, const Elements& elements
     const OwenSobol2 suns(static_cast<std::uint32_t>(item_seed(options.seed, e, 62)));
     const float each = elements.covered_area(e) / static_cast<float>(share * tries[e]);
     for (std::uint32_t s = 0; s < tries[e] * now; ++s) {
-      const Receiver at = receiver(e, points.point(s));
+      const Vec2f ab = points.point(s);
+      const Receiver at = receiver(e, ab);
+      const ElementPoint p = elements.point(e, ab.x, ab.y);
+      const Rgb reflectance = reflectance_at(direct.optics(), elements, e, p.triangle, p.u, p.v);
       for_each_resolved(
           direct, solution, e, at.frame,
           [&](const PunctualLight& light, const Rgb& open, bool doubtful) {
             const Rgb seen = doubtful ? direct.punctual_visibility(at, light, suns.point(s), unused)
                                       : Rgb{1, 1, 1};
-            const Rgb sent = elements.reflectance(e) * open * seen * each;
+            const Rgb sent = reflectance * open * seen * each;
             if (sent.is_black()) return;
             add({at.frame.position, at.frame.normal, sent, at.triangle, light.group}, distance_[e]);
           });
