@@ -135,12 +135,12 @@ class LeakSearch {
     const atlas::Texel& texel = texels_.texels[stratum.texels[place]];
     const auto points = lightmap::texel_points(texels_, texel);
     const Vec2f within{random.next_float(), random.next_float()};
-    const auto moved =
-        lightmap::moved_within(layout_, points.point[random.below(points.count)], within);
+    const lightmap::TexelPoints::Point& chosen = points.point[random.below(points.count)];
+    const auto moved = lightmap::moved_within(layout_, chosen, within);
     Judged judged;
     judged.shown = brightness(lightmap::look_up(pages_[texel.page], moved.at));
     if (judged.shown <= options_.bright * options_.mean_irradiance) return judged;
-    const atlas::SurfacePoint p = atlas::point_at(layout_, moved.triangle, moved.at);
+    const atlas::SurfacePoint p = lightmap::surface_point(layout_, chosen, within);
     judged.triangle = p.triangle;
     const std::array<SurfacePoint, 1> point{{{p.triangle, p.u, p.v, moved.back}}};
     const auto dark = [&](std::uint32_t paths) {

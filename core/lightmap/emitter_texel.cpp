@@ -22,11 +22,9 @@ constexpr int kThoroughRays = 4;
 constexpr int kMostPilotRays = 64;
 /// Pilot rays to a source, of its light over the allowed error.
 constexpr double kUnseen = 0.06;
-/// Points of a refined texel: at least, at most, and for a range of open light as large as the
-/// allowed error.
-constexpr double kEdgePoints = 16;
-constexpr double kMostPoints = 256;
-constexpr double kPointsForUneven = 2;
+/// Cells of a texel with uneven light, at most, and what they may be off by, of the allowed error.
+constexpr std::size_t kMostCells = 256;
+constexpr double kUnevenShare = 0.1;
 
 const SourceState* find(std::span<const SourceState> states, std::uint32_t source) {
   const auto at = std::lower_bound(
@@ -70,27 +68,93 @@ int EmitterTexel::rays_for_edge(double light, std::size_t edges) const {
   return std::max(kFewestEdgeRays, samples_for_edge(light, each, kEdgeError, kMostEdgeRays));
 }
 
-Receiver EmitterTexel::receiver(std::uint32_t i, Vec2f within) {
-  return receivers_(grid_.point[i % grid_.count], within);
+Receiver EmitterTexel::receiver(const Cell& cell, Vec2f within) {
+  return receivers_(grid_.point[cell.point], cell.low + within * cell.edge);
 }
 
-/// Terms at `points` points of the texel, by source.
-void EmitterTexel::collect(std::uint32_t t, std::uint32_t points, BakeCounts& counts) {
+void EmitterTexel::add_terms(std::uint32_t t, std::uint32_t cell, BakeCounts& counts) {
+  Cell& c = cells_[cell];
+  input_.direct.emitter_terms(receiver(c, {0.5f, 0.5f}), {item_seed(input_.seed, t, 200), c.turn},
+                              terms_, counts.rays, static_cast<float>(negligible_));
+  c.light = terms_.weight;
+  for (std::size_t k = 0; k < terms_.count; ++k) {
+    Record r{terms_.term[k], cell};
+    r.term.irradiance *= c.share;
+    r.term.weight *= c.share;
+    r.term.scale *= c.share;
+    records_.push_back(r);
+  }
+}
+
+void EmitterTexel::start(std::uint32_t t, std::uint32_t points, BakeCounts& counts) {
   grid_ = texel_points(input_.texels, input_.texels.texels[t]);
-  const std::uint32_t used = points < grid_.count ? points : points - points % grid_.count;
-  const OwenSobol2 within(static_cast<std::uint32_t>(item_seed(input_.seed, t, 201)));
-  points_ = used;
+  const std::uint32_t used = std::min(points, grid_.count);
+  const float share = 1 / static_cast<float>(used);
+  cells_.clear();
   records_.clear();
   for (std::uint32_t i = 0; i < used; ++i) {
-    const Receiver at = receiver(i, i < grid_.count ? Vec2f{0.5f, 0.5f} : within.point(i));
-    const float turn = static_cast<float>(i) / static_cast<float>(used);
-    input_.direct.emitter_terms(at, {item_seed(input_.seed, t, 200), turn}, terms_, counts.rays,
-                                static_cast<float>(negligible_));
-    for (std::size_t k = 0; k < terms_.count; ++k) records_.push_back({terms_.term[k], i});
+    cells_.push_back({i, {0, 0}, 1, share, static_cast<float>(i) * share});
+    add_terms(t, i, counts);
   }
+}
+
+void EmitterTexel::cut(std::uint32_t t, BakeCounts& counts) {
+  // How far a cell's middle is off its mean: of what it differs from cells beside it by.
+  constexpr float kOfDifference = 0.25f, kOfSiblings = 0.05f;
+  const auto doubtful = [&](std::uint32_t a, std::uint32_t b) {
+    return cells_[a].doubt != cells_[b].doubt ? cells_[a].doubt < cells_[b].doubt : a > b;
+  };
+  std::vector<std::uint32_t> heap;
+  double doubt = 0;
+  const auto add = [&](std::uint32_t cell) {
+    doubt += static_cast<double>(cells_[cell].doubt);
+    heap.push_back(cell);
+    std::push_heap(heap.begin(), heap.end(), doubtful);
+  };
+  for (std::uint32_t i = 0; i < grid_.count; ++i) {
+    float most = 0;
+    for (std::uint32_t j = 0; j < grid_.count; ++j) {
+      if (!adjacent(grid_.point[i], grid_.point[j])) continue;
+      most = std::max(most, std::fabs(cells_[i].light - cells_[j].light));
+    }
+    cells_[i].doubt = kOfDifference * cells_[i].share * most;
+  }
+  for (std::uint32_t i = 0; i < grid_.count; ++i) add(i);
+  const double enough = 3 * kUnevenShare * allowed_;  // over channels
+  while (doubt > enough && heap.size() + 3 <= kMostCells) {
+    std::pop_heap(heap.begin(), heap.end(), doubtful);
+    const Cell whole = cells_[heap.back()];
+    cells_[heap.back()].share = 0;
+    heap.pop_back();
+    doubt -= static_cast<double>(whole.doubt);
+    const auto first = static_cast<std::uint32_t>(cells_.size());
+    float mean = 0;
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      Cell part = whole;
+      part.edge = whole.edge / 2;
+      part.share = whole.share / 4;
+      part.low =
+          whole.low + Vec2f{static_cast<float>(k & 1u), static_cast<float>(k >> 1)} * part.edge;
+      part.turn = whole.turn +
+                  static_cast<float>(k) * part.edge * part.edge / static_cast<float>(grid_.count);
+      cells_.push_back(part);
+      add_terms(t, first + k, counts);
+      mean += cells_[first + k].light / 4;
+    }
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      Cell& part = cells_[first + k];
+      part.doubt = part.share * (kOfDifference * std::fabs(mean - whole.light) +
+                                 kOfSiblings * std::fabs(part.light - mean));
+      add(first + k);
+    }
+  }
+  std::erase_if(records_, [&](const Record& r) { return cells_[r.cell].share == 0; });
+}
+
+void EmitterTexel::sort_records() {
   std::sort(records_.begin(), records_.end(), [](const Record& a, const Record& b) {
     if (a.term.source != b.term.source) return a.term.source < b.term.source;
-    return a.term.emitter != b.term.emitter ? a.term.emitter < b.term.emitter : a.point < b.point;
+    return a.term.emitter != b.term.emitter ? a.term.emitter < b.term.emitter : a.cell < b.cell;
   });
 }
 
@@ -107,7 +171,7 @@ VisibilitySum EmitterTexel::cast(std::uint32_t t, std::span<const Record> record
     const auto chosen =
         std::upper_bound(up_to_.begin(), up_to_.end() - 1, sequence.coordinate(k, 2) * weight);
     const Record& r = records[static_cast<std::size_t>(chosen - up_to_.begin())];
-    input_.direct.emitter_ray(receiver(r.point, sequence.pair(k, 3)), r.term,
+    input_.direct.emitter_ray(receiver(cells_[r.cell], sequence.pair(k, 3)), r.term,
                               static_cast<double>(r.term.weight / weight), sequence.pair(k, 0),
                               counts.rays, sum);
   }
@@ -120,19 +184,18 @@ EmitterPart EmitterTexel::measure(std::uint32_t t, int fewest_rays,
                                   BakeCounts& counts) {
   std::fill(by_group.begin(), by_group.end(), Rgb{});
   if (records_.empty()) return {};
-  const auto scale = static_cast<float>(1.0 / points_);
   const auto edges = static_cast<std::size_t>(std::count_if(
       known.begin(), known.end(), [](const auto& s) { return s.state == SourceState::kMixed; }));
   double total = 0;
-  for (const Record& r : records_) total += static_cast<double>(r.term.weight * scale) / 3;
+  for (const Record& r : records_) total += static_cast<double>(r.term.weight) / 3;
   Sums sums;
-  light_at_.assign(points_, 0.0f);
+  light_at_.assign(cells_.size(), 0.0f);
   const auto settle = [&](std::span<const Record> run, const Rgb& share) {
     for (const Record& r : run) {
-      const Rgb open = r.term.irradiance * scale;
+      const Rgb& open = r.term.irradiance;
       sums.open += to_double(open);
       sums.arrives += to_double(open * share);
-      light_at_[r.point] += (r.term.irradiance * share).sum() / 3;
+      light_at_[r.cell] += (open * share).sum() / (3 * cells_[r.cell].share);
       if (by_group.empty()) continue;
       by_group[input_.direct.sources().emitters()[r.term.emitter].group] += open * share;
     }
@@ -149,7 +212,7 @@ EmitterPart EmitterTexel::measure(std::uint32_t t, int fewest_rays,
     const std::uint32_t source = records_[begin].term.source;
     double light = 0;
     for (; end < records_.size() && records_[end].term.source == source; ++end) {
-      light += static_cast<double>(records_[end].term.weight * scale) / 3;
+      light += static_cast<double>(records_[end].term.weight) / 3;
     }
     const auto run = std::span<const Record>(records_).subspan(begin, end - begin);
     const SourceState* state = find(known, source);
@@ -197,7 +260,8 @@ EmitterPart EmitterTexel::measure(std::uint32_t t, int fewest_rays,
 EmitterPart EmitterTexel::pilot(std::uint32_t t, bool thorough, std::vector<SourceState>& states,
                                 std::span<Rgb> by_group, BakeCounts& counts) {
   const int rays = std::clamp(settings_.pilot_rays, kThoroughRays, 16);
-  collect(t, static_cast<std::uint32_t>(rays), counts);
+  start(t, static_cast<std::uint32_t>(rays), counts);
+  sort_records();
   states.clear();
   const int fewest = thorough ? rays : std::max(1, rays / kThoroughRays);
   return measure(t, fewest, {}, &states, by_group, counts);
@@ -215,9 +279,9 @@ bool EmitterTexel::is_to_be_refined(const EmitterPart& pilot,
 EmitterPart EmitterTexel::refined(std::uint32_t t, const EmitterPart& pilot,
                                   std::span<const SourceState> states, std::span<Rgb> by_group,
                                   BakeCounts& counts) {
-  const double points =
-      allowed_ > 0 ? kPointsForUneven * static_cast<double>(pilot.uneven) / allowed_ : 0;
-  collect(t, static_cast<std::uint32_t>(std::clamp(points, kEdgePoints, kMostPoints)), counts);
+  start(t, static_cast<std::uint32_t>(grid_.point.size()), counts);
+  if (static_cast<double>(pilot.uneven) > kMostUneven * allowed_) cut(t, counts);
+  sort_records();
   return measure(t, kThoroughRays, states, nullptr, by_group, counts);
 }
 

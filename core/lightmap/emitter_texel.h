@@ -53,16 +53,32 @@ class EmitterTexel {
                       BakeCounts& counts);
 
  private:
-  /// A term at one of the texel's points.
+  /// A square of the share of one of the texel's points.
+  struct Cell {
+    std::uint32_t point = 0;
+    Vec2f low;  // of [0, 1)^2
+    float edge = 1;
+    float share = 0;  // of the texel; 0: cut
+    float turn = 0;   // CutChoice::turn
+    float light = 0;  // without shadows in its middle, summed over channels
+    float doubt = 0;  // how far its middle may be off its mean, times the share
+  };
+  /// A term in the middle of a cell, times its share.
   struct Record {
     radiosity::EmitterTerms::Term term;
-    std::uint32_t point;
+    std::uint32_t cell;
   };
   struct Sums;
 
-  /// The i-th of the texel's points, moved.
-  radiosity::Receiver receiver(std::uint32_t i, Vec2f within);
-  void collect(std::uint32_t t, std::uint32_t points, BakeCounts& counts);
+  /// A point of a cell.
+  radiosity::Receiver receiver(const Cell& cell, Vec2f within);
+  /// Sets the cell's light and appends its terms to the records.
+  void add_terms(std::uint32_t t, std::uint32_t cell, BakeCounts& counts);
+  /// Cells at the texel's first `points` points.
+  void start(std::uint32_t t, std::uint32_t points, BakeCounts& counts);
+  /// Cuts cells until their middles tell the mean of light that is uneven.
+  void cut(std::uint32_t t, BakeCounts& counts);
+  void sort_records();
   EmitterPart measure(std::uint32_t t, int fewest_rays, std::span<const SourceState> known,
                       std::vector<SourceState>* states, std::span<Rgb> by_group,
                       BakeCounts& counts);
@@ -76,7 +92,7 @@ class EmitterTexel {
   double allowed_;     // lux that visibility may be off by
   double negligible_;  // lux of a source that is not worth a ray of its own
   TexelPoints grid_;
-  std::uint32_t points_ = 0;
+  std::vector<Cell> cells_;
   radiosity::EmitterTerms terms_;
   std::vector<Record> records_, weak_;
   std::vector<float> up_to_, light_at_;

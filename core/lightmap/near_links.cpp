@@ -33,7 +33,7 @@ NearTexels::NearTexels(const BakeInput& input, double nearest)
     for (std::size_t t = begin; t < end; ++t) {
       size_[t] = static_cast<float>(std::sqrt(input.texels.surface_of(input.texels.texels[t])));
       const TexelPoints::Point p = central_point(input.texels, input.texels.texels[t]);
-      const atlas::SurfacePoint at = atlas::point_at(input.layout, p.triangle, p.at);
+      const atlas::SurfacePoint at = surface_point(input.layout, p);
       const radiosity::ElementId e = input.elements.at(at.triangle, at.u, at.v, p.back);
       if (e != radiosity::kNoElement) first_[t] = indirect[e];
     }
@@ -64,7 +64,7 @@ bool NearTexels::is_whole(std::uint32_t texel) const {
   const bool back = points.point[0].back;
   const auto place = [&](std::uint32_t i) {
     const auto& p = points.point[i];
-    const atlas::SurfacePoint at = atlas::point_at(input_.layout, p.triangle, p.at);
+    const atlas::SurfacePoint at = surface_point(input_.layout, p);
     return input_.lookup.place({at.triangle, at.u, at.v}, back);
   };
   const auto normal = [&](std::uint32_t i) {

@@ -90,11 +90,6 @@ float radius_about(const Receiver& middle, std::span<const Receiver> points, flo
   return farthest + margin;
 }
 
-bool adjacent(const TexelPoints::Point& a, const TexelPoints::Point& b) {
-  constexpr float kNext = 0.3f;  // a sixteenth is a quarter of a texel across
-  return std::fabs(a.at.x - b.at.x) < kNext && std::fabs(a.at.y - b.at.y) < kNext;
-}
-
 }  // namespace
 
 PunctualTexel::PunctualTexel(const BakeInput& input, const GatherSettings& settings)
@@ -171,10 +166,13 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   std::array<Sixteenth, 16> part;
   double open_sum = 0;
   std::array<std::optional<Lamp>, 16> lamp;
+  std::array<bool, 16> edge{};
   for (std::uint32_t i = 0; i < points.count; ++i) {
     const Vec3f middle = receivers(points.point[i], {0.5f, 0.5f}).frame.position;
     const double radius = kSixteenthRadius / input_.layout.texels_per_metre;
     if (!varies_within(light, middle, static_cast<float>(radius))) continue;
+    edge[i] = points.point[i].parts > 0;
+    if (edge[i]) continue;
     lamp[i].emplace(light, input_, points.point[i]);
     open_sum = std::max(open_sum, lamp[i]->mean().max());
   }
@@ -221,10 +219,9 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   const auto first_rounds = static_cast<std::uint32_t>(std::clamp(
       allowed > 0 ? open_sum / (16 * allowed) : 0, double{kFirstRounds}, kMostFirstRounds));
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, kFirstRounds, first_rounds);
-  std::array<bool, 16> edge{};
   for (std::uint32_t i = 0; i < points.count; ++i) {
     if (part[i].taken == 0) continue;
-    edge[i] = part[i].mixed();
+    edge[i] = edge[i] || part[i].mixed();
     for (std::uint32_t j = 0; j < points.count && !edge[i]; ++j) {
       edge[i] = adjacent(points.point[i], points.point[j]) && part[j].taken > 0 &&
                 (part[j].mixed() || std::fabs(part[i].middle() - part[j].middle()) > kSameShare);

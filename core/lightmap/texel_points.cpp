@@ -1,17 +1,79 @@
 #include "core/lightmap/texel_points.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <span>
 
+#include "core/atlas/verify.h"
 namespace lightbatch::lightmap {
 namespace {
 
 /// The 4 x 4 grid in four Latin squares: the first four, eight and twelve are spread evenly.
 constexpr unsigned kSpread[] = {1, 7, 8, 14, 2, 4, 11, 13, 0, 6, 9, 15, 3, 5, 10, 12};
 
+/// Sixteen in the order of their reversed bits.
+constexpr unsigned kReversed[] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
+
+Vec2f within_texel(const Vec2f& at, const atlas::Texel& texel) {
+  const Vec2f low{static_cast<float>(texel.x), static_cast<float>(texel.y)};
+  return {std::clamp(at.x, low.x, std::nextafter(low.x + 1, 0.0f)),
+          std::clamp(at.y, low.y, std::nextafter(low.y + 1, 0.0f))};
+}
+
 Vec2f grid_sample(const atlas::Texel& texel, unsigned bit) {
   return {static_cast<float>(texel.x) + (static_cast<float>(bit & 3u) + 0.5f) * 0.25f,
           static_cast<float>(texel.y) + (static_cast<float>(bit >> 2) + 0.5f) * 0.25f};
+}
+
+/// Parts of the fragments by surface, sixteen in all.
+void add_parts(std::span<const atlas::Fragment> fragments, const atlas::Texel& texel, bool back,
+               TexelPoints& points) {
+  constexpr std::size_t kCount = 16;
+  double total = 0, below = 0;
+  for (const atlas::Fragment& f : fragments) total += static_cast<double>(f.surface);
+  std::array<TexelPoints::Point, kCount> in_order;
+  std::size_t count = 0;
+  for (const atlas::Fragment& f : fragments) {
+    below += static_cast<double>(f.surface);
+    const double reached = total > 0 ? below / total * kCount : kCount;
+    const std::size_t first = count;
+    while (count < kCount && static_cast<double>(count) + 0.5 < reached) {
+      in_order[count++] = {f.triangle, within_texel(f.centroid, texel), back};
+    }
+    for (std::size_t i = first; i < count; ++i) {
+      in_order[i].part = static_cast<std::uint8_t>(i - first);
+      in_order[i].parts = static_cast<std::uint8_t>(count - first);
+    }
+  }
+  for (const unsigned i : kReversed) {
+    if (i < count) points.point[points.count++] = in_order[i];
+  }
+}
+
+/// Of the unit square that a fragment is spread over: the point's part, moved. Columns of about as
+/// many parts as there are columns.
+Vec2f place_in_square(const TexelPoints::Point& point, Vec2f by) {
+  const unsigned parts = point.parts;
+  const auto columns = static_cast<unsigned>(std::sqrt(static_cast<float>(parts)) + 0.5f);
+  const unsigned each = parts / columns, longer = parts % columns;
+  unsigned column = 0, first = 0, size = 0;
+  for (; column < columns; ++column, first += size) {
+    size = each + (column < longer ? 1 : 0);
+    if (point.part < first + size) break;
+  }
+  const auto whole = static_cast<float>(parts), rows = static_cast<float>(size);
+  return {(static_cast<float>(first) + by.x * rows) / whole,
+          (static_cast<float>(point.part - first) + by.y) / rows};
+}
+
+Vec2f texel_of(const Vec2f& at) { return {std::floor(at.x), std::floor(at.y)}; }
+
+atlas::TexelPart part_at(const atlas::Layout& layout, const TexelPoints::Point& point) {
+  const Vec2f texel = texel_of(point.at);
+  return {atlas::grid_triangle(layout, point.triangle), static_cast<std::int32_t>(texel.x),
+          static_cast<std::int32_t>(texel.y)};
 }
 
 }  // namespace
@@ -26,21 +88,7 @@ TexelPoints texel_points(const atlas::TexelMap& map, const atlas::Texel& texel) 
     }
   }
   if (points.count > 0) return points;
-  // Nothing but collapsed triangles: a systematic sample of them by surface.
-  const auto fragments = map.fragments_of(texel);
-  double total = 0;
-  for (const atlas::Fragment& f : fragments) total += static_cast<double>(f.surface);
-  const std::size_t wanted = std::min(fragments.size(), points.point.size());
-  double below = 0;
-  for (const atlas::Fragment& f : fragments) {
-    below += static_cast<double>(f.surface);
-    const double reached = total > 0 ? below / total * static_cast<double>(wanted) : 0;
-    while (points.count < wanted && points.count + 0.5 < reached) {
-      points.point[points.count++] = {f.triangle, f.centroid, back};
-    }
-  }
-  if (points.count == 0)
-    points.point[points.count++] = {fragments[0].triangle, fragments[0].centroid, back};
+  add_parts(map.fragments_of(texel), texel, back, points);
   return points;
 }
 
@@ -68,11 +116,14 @@ TexelPoints::Point central_point(const atlas::TexelMap& map, const atlas::Texel&
       best = i;
     }
   }
-  return points.point[best];
+  TexelPoints::Point point = points.point[best];
+  point.part = point.parts = 0;
+  return point;
 }
 
 TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::Point& point,
                                 Vec2f by) {
+  if (point.parts > 0) return point;
   const auto& uv = layout.uv[point.triangle];
   const float whole = cross(uv[1] - uv[0], uv[2] - uv[0]);
   const auto inside = [&](Vec2f at) {
@@ -88,11 +139,29 @@ TexelPoints::Point moved_within(const atlas::Layout& layout, const TexelPoints::
   return point;
 }
 
+atlas::SurfacePoint surface_point(const atlas::Layout& layout, const TexelPoints::Point& point,
+                                  Vec2f by) {
+  if (point.parts == 0) {
+    return atlas::point_at(layout, point.triangle, moved_within(layout, point, by).at);
+  }
+  const Vec2f p = part_at(layout, point).at(place_in_square(point, by));
+  return {point.triangle, p.x, p.y};
+}
+
 radiosity::Receiver Receivers::operator()(const TexelPoints::Point& point, Vec2f moved_by) {
   if (point.triangle != triangle_) {
     triangle_ = point.triangle;
     on_page_.emplace(layout_, triangle_);
     frame_.emplace(scene_, triangle_);
+    part_.reset();
+  }
+  if (point.parts > 0) {
+    if (!part_ || !(part_of_ == texel_of(point.at))) {
+      part_ = part_at(layout_, point);
+      part_of_ = texel_of(point.at);
+    }
+    const Vec2f p = part_->at(place_in_square(point, moved_by));
+    return {frame_->at(p.x, p.y, point.back, lift_), triangle_};
   }
   const atlas::SurfacePoint p = on_page_->at(moved_within(layout_, point, moved_by).at);
   return {frame_->at(p.u, p.v, point.back, lift_), triangle_};
@@ -100,7 +169,7 @@ radiosity::Receiver Receivers::operator()(const TexelPoints::Point& point, Vec2f
 
 radiosity::Receiver receiver_at(const scene::Scene& scene, const atlas::Layout& layout,
                                 const TexelPoints::Point& point, float lift) {
-  const atlas::SurfacePoint p = atlas::point_at(layout, point.triangle, point.at);
+  const atlas::SurfacePoint p = surface_point(layout, point);
   return {optics::surface_frame(scene, p.triangle, p.u, p.v, point.back, lift), p.triangle};
 }
 

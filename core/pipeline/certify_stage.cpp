@@ -113,10 +113,9 @@ accuracy::PointSource points_of(const LightmapPlaces& places, const atlas::Texel
   return [&layout = places.layout, points = lightmap::texel_points(places.texels, texel)](
              float which, Vec2f within) {
     const auto i = static_cast<std::uint32_t>(which * static_cast<float>(points.count));
-    const auto moved =
-        lightmap::moved_within(layout, points.point[std::min(points.count - 1, i)], within);
-    const auto q = atlas::point_at(layout, moved.triangle, moved.at);
-    return accuracy::SurfacePoint{q.triangle, q.u, q.v, moved.back};
+    const auto& point = points.point[std::min(points.count - 1, i)];
+    const auto q = lightmap::surface_point(layout, point, within);
+    return accuracy::SurfacePoint{q.triangle, q.u, q.v, point.back};
   };
 }
 

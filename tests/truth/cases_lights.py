@@ -3,8 +3,8 @@ import math
 
 import numpy as np
 
-from case import UP, Case, MadeScene, fan, floor_at, on_floor, placement, rectangle, towards, turned, with_floor
-from forms import Point, Sum, Sun
+from case import UP, Case, MadeScene, box, fan, floor_at, on_floor, placement, rectangle, towards, turned, with_floor
+from forms import FaceMean, Lamp, Point, Sum, Sun
 
 PLACES = {
     "": None, "tiny": placement(1e-3), "huge": placement(1e4), "far": placement(move=(7e5, -3e5, 9e5)),
@@ -130,7 +130,32 @@ def suns():
     yield Case("sun/lamp_in_its_shadow", scene, Sum(Sun((1, -1, 0), 1e4, [wall]), lamp), dark, density=40)
 
 
+def small_things():
+    """Faces smaller than half a texel, which each show their mean, and boards as narrow, which show that across them."""
+    cube = box((0, 0, 0), (0.08, 0.08, 0.08), inwards=False)
+    faces = [[cube[2 * k][0], cube[2 * k][1], cube[2 * k][2], cube[2 * k + 1][2]] for k in range(6)]
+    lit = [((0.04, 0.08, 0.04), UP), ((0.08, 0.04, 0.04), (1, 0, 0))]
+    lamp = rectangle((0.03, 0.13, 0.06), (0.06, 0, 0), (0, 0, 0.04))
+    at = (0.11, 0.1, 0.02)
+    for name, form in (("point", Point(at, 100)), ("emitter", Lamp(lamp, 1000))):
+        scene = MadeScene()
+        scene.mesh(cube, scene.material())
+        if name == "point":
+            scene.light("point", 100, translation=list(at))
+        else:
+            scene.mesh(fan(lamp), scene.material(0, 1000))
+        yield Case(f"small/cube_{name}", scene, FaceMean(form, faces), lit if name == "point" else lit[:1], density=5)
+    scene = MadeScene()
+    board = rectangle((0, 0, 0), (0, 0, 2), (0.08, 0, 0))
+    scene.mesh(fan(board), scene.material())
+    lamp = rectangle((0.05, 0.04, 0), (0.03, 0, 0), (0, 0, 5))
+    scene.mesh(fan(lamp), scene.material(0, 1000))
+    across = [rectangle((0, 0, z), (0, 0, 1e-3), (0.08, 0, 0)) for z in (-0.83, -0.31, 0.07, 0.55)]
+    yield Case("small/board", scene, FaceMean(Lamp(lamp, 1000), across), [(np.mean(a, 0), UP) for a in across], density=5)
+
+
 def cases():
+    yield from small_things()
     yield from points()
     yield from spots()
     yield from suns()

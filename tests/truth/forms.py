@@ -166,6 +166,22 @@ class Constant:
         return self.lux
 
 
+class FaceMean:
+    """Of a form, over the quadrilateral that a point lies in the middle of, by the midpoints of a grid."""
+
+    def __init__(self, form, faces, grid=64):
+        self.form, self.faces, self.grid = form, [np.asarray(f, float) for f in faces], grid
+
+    def __call__(self, point, normal):
+        a, b, c, d = min(self.faces, key=lambda f: np.linalg.norm(np.mean(f, 0) - point))
+        exact = self.form.mean([a, b, c, d], normal) if hasattr(self.form, "mean") else None
+        if exact is not None:
+            return exact
+        steps = (np.arange(self.grid) + 0.5) / self.grid
+        return np.mean([self.form((a * (1 - u) + b * u) * (1 - v) + (d * (1 - u) + c * u) * v, normal)
+                        for u in steps for v in steps], 0)
+
+
 class Sum:
     def __init__(self, *forms):
         self.forms = forms

@@ -27,7 +27,7 @@ SUITES = ("cases_lights", "cases_emitters", "cases_occluders", "cases_bounces")
 # Of each class one or two that are quickly baked.
 FAST = {"point/0.001m_off", "point/tiny", "spot/0.001rad", "textured/mask", "range/1.5m", "spot/wide", "sun/grazing", "emitter/parallel_2m", "emitter/two_sided",
         "emitter/placed_mirrored", "emitter/instanced_quantised", "sky/wall_low", "sky/map_zenith", "sky/map_sun_narrow", "shadow/strip",
-        "sheet/glass_1", "furnace/l_shape_0.7", "equilibrium/court"}
+        "sheet/glass_1", "small/cube_point", "small/cube_emitter", "furnace/l_shape_0.7", "equilibrium/court"}
 DARK = 1e-3
 FAINT = 1e-4
 GRID = 24  # points of a texel, each way

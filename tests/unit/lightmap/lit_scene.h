@@ -60,7 +60,7 @@ class LitScene {
     const TexelPoints grid = texel_points(texels, texels.texels[texel]);
     std::vector<accuracy::SurfacePoint> points;
     for (std::uint32_t i = 0; i < grid.count; ++i) {
-      const auto at = atlas::point_at(layout, grid.point[i].triangle, grid.point[i].at);
+      const auto at = surface_point(layout, grid.point[i]);
       points.push_back({at.triangle, at.u, at.v, false});
     }
     return points;
