@@ -125,15 +125,18 @@ Rgb Gather::read(ElementId e, const rays::Hit& hit, ElementId served, const Path
     const auto unresolved = solution.unresolved_by_group.of(e);
     for (std::size_t g = 0; g < unresolved.size(); ++g) path.add(g, unresolved[g]);
   }
-  if (served != radiosity::kNoElement) return solution.unresolved[e];
-  if (solution.light_state.empty() || solution.light_state[e] == 0) return solution.unresolved[e];
+  if (!radiosity::has_resolved(solution, e)) return solution.unresolved[e];
   const Rgb reflectance =
       radiosity::reflectance_at(input_.optics, input_.elements, e, hit.triangle, hit.u, hit.v);
-  const Rgb resolved = radiosity::resolved_irradiance(
-      input_.scene, input_.direct, solution, e, hit, counts.rays,
-      [&](const radiosity::PunctualLight& light, const Rgb& arrives) {
-        if (path.grouped()) path.add(light.group, reflectance * arrives);
-      });
+  const auto deliver = [&](std::uint32_t group, const Rgb& arrives) {
+    if (path.grouped()) path.add(group, reflectance * arrives);
+  };
+  Rgb resolved = radiosity::uneven_irradiance(input_.scene, input_.direct, solution, e, hit,
+                                              counts.rays, deliver);
+  if (served == radiosity::kNoElement) {
+    resolved += radiosity::resolved_irradiance(input_.scene, input_.direct, solution, e, hit,
+                                               counts.rays, deliver);
+  }
   return solution.unresolved[e] + reflectance * resolved;
 }
 

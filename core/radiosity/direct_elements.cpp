@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 
 #include "core/base/parallel.h"
@@ -49,6 +50,12 @@ constexpr int kManyRays = 4;
 /// An element is one of many that a texel sees: chance among its lamps evens out.
 constexpr float kRoughCut = 0.05f;
 
+/// Emitters light an element unevenly where the standard deviation over its points is more than
+/// this share of the mean, and, times its area, more than that share of all the light they send: a
+/// ceiling above a lamp sends what falls beside it from where it is dark.
+constexpr double kUneven = 0.4;
+constexpr double kUnevenOfAll = 2e-4;
+
 /// Samples of an element that the edge of a resolved light's shadow crosses, against others.
 constexpr int kEdgeSamples = 8;
 
@@ -80,12 +87,14 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
   const Elements& elements = input.elements;
   const auto& lights = input.direct.sources().punctual();
   const bool emitters = !input.direct.sources().emitters().empty();
+  const double sent = emitters ? static_cast<double>(input.direct.sources().power(0)) : 0;
   const bool few_emitters = input.direct.sources().emitters().size() <= kFewEmitters;
   Solution solution;
   solution.resolved = choose_resolved(input);
   solution.irradiance.resize(elements.count());
   solution.unresolved.resize(elements.count());
   if (!solution.resolved.empty()) solution.light_state.resize(elements.count());
+  if (emitters) solution.uneven.resize(elements.count());
   std::vector<std::uint8_t> slot(lights.size(), kResolvedLights);
   for (std::size_t k = 0; k < solution.resolved.size(); ++k) {
     slot[solution.resolved[k]] = static_cast<std::uint8_t>(k);
@@ -109,9 +118,10 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
                                      std::max(2, options.direct_samples));
       const OwenSobol2 points(static_cast<std::uint32_t>(item_seed(options.seed, e, 1)));
       const OwenSobol2 suns(static_cast<std::uint32_t>(item_seed(options.seed, e, 4)));
-      Rgbd resolved, rest;
+      Rgbd resolved, rest, emitted;
+      double square = 0;  // of what emitters bring to the points, all channels
       std::array<int, kResolvedLights> lit{}, dark{};
-      std::array<Rgb, kMostGroups> resolved_part{}, rest_part{};
+      std::array<Rgb, kMostGroups> resolved_part{}, rest_part{}, emitted_part{};
       const auto receiver = [&](int s) {
         return receiver_on(input.scene, elements, e, points.point(static_cast<std::uint32_t>(s)),
                            input.direct.lift());
@@ -152,10 +162,12 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
                 at, terms, rays_each, static_cast<std::uint32_t>(rays_each * s),
                 static_cast<std::uint32_t>(item_seed(options.seed, e, 2)), rays,
                 direct_by_group != nullptr ? &by_group : nullptr);
-            rest += to_double(terms.total * seen.share());
+            const Rgb arrives = terms.total * seen.share();
+            emitted += to_double(arrives);
+            square += static_cast<double>(arrives.sum()) * static_cast<double>(arrives.sum());
             if (direct_by_group != nullptr) {
               input.direct.split_emitters(terms, seen.share(), by_group, 1,
-                                          std::span(rest_part).first(input.groups));
+                                          std::span(emitted_part).first(input.groups));
             }
           }
         }
@@ -170,12 +182,24 @@ Solution measure_direct(const SolverInput& input, const SolverOptions& options,
       }
       const double scale = 1.0 / samples;
       const double resolved_scale = 1.0 / resolved_samples;
+      const double mean = emitted.sum() * scale;
+      const double deviation = std::sqrt(std::max(0.0, square * scale - mean * mean));
+      const bool uneven =
+          deviation > kUneven * mean &&
+          deviation * static_cast<double>(elements.covered_area(e)) > kUnevenOfAll * sent;
+      if (emitters) solution.uneven[e] = uneven ? 1 : 0;
+      if (!uneven) {
+        rest += emitted;
+        emitted = {};
+      }
       solution.unresolved[e] = to_float(rest * scale);
-      solution.irradiance[e] = to_float(rest * scale + resolved * resolved_scale);
+      solution.irradiance[e] = to_float(rest * scale + emitted * scale + resolved * resolved_scale);
       for (std::size_t g = 0; direct_by_group != nullptr && g < input.groups; ++g) {
-        solution.unresolved_by_group.of(e)[g] = rest_part[g] * static_cast<float>(scale);
-        direct_by_group->of(e)[g] = rest_part[g] * static_cast<float>(scale) +
-                                    resolved_part[g] * static_cast<float>(resolved_scale);
+        const Rgb all = rest_part[g] + emitted_part[g];
+        solution.unresolved_by_group.of(e)[g] =
+            (uneven ? rest_part[g] : all) * static_cast<float>(scale);
+        direct_by_group->of(e)[g] =
+            all * static_cast<float>(scale) + resolved_part[g] * static_cast<float>(resolved_scale);
       }
       std::uint16_t state = 0;
       for (std::size_t k = 0; k < solution.resolved.size(); ++k) {

@@ -19,8 +19,9 @@ enum class LightState : std::uint8_t { kDark = 0, kLit = 1, kMixed = 2 };
 ///
 /// Radiosity B = rho (E_direct + E_sky + E_indirect), without what the element emits itself:
 /// emission is direct light, computed at the receiver. Light of the resolved lights is in
-/// `radiosity` as a mean too; a reader that wants their shadows sharp takes `unresolved` and adds
-/// the lights itself (lit: formula; mixed: formula and one shadow ray).
+/// `radiosity` as a mean too, and so is that of emitters on uneven elements; a reader that wants
+/// them sharp takes `unresolved` and adds the lights itself (lit: formula; mixed: formula and one
+/// shadow ray; uneven: one ray to an emitter).
 struct Solution {
   std::vector<Rgb> radiosity;           // per element, lm/m2, all light
   std::vector<Rgb> unresolved;          // per element, without the resolved lights' direct part
@@ -32,6 +33,8 @@ struct Solution {
   std::vector<std::uint32_t> resolved;  // indices of punctual lights, at most kResolvedLights
   GroupedLight unresolved_by_group;     // per element, unresolved by light group; empty: not asked
   std::vector<std::uint16_t> light_state;  // 2 bits per resolved light; empty when there is none
+  std::vector<std::uint8_t> uneven;  // per element, 1: emitters light a part of it far more than
+                                     // the rest, and by much; empty when there are no emitters
 
   struct Statistics {
     std::uint64_t elements = 0;
@@ -45,6 +48,7 @@ struct Solution {
     RayCounts rays;
   } statistics;
 
+  bool is_uneven(ElementId e) const { return !uneven.empty() && uneven[e] != 0; }
   LightState state(ElementId e, std::size_t resolved_index) const {
     return static_cast<LightState>((light_state[e] >> (2 * resolved_index)) & 3u);
   }

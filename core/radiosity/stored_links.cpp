@@ -58,13 +58,16 @@ Shot shoot(const SolverInput& input, const SolverOptions& options, const Solutio
               ElementId source = input.lookup.at(hit);
               if (source == kNoElement) return;
               const Rgb sent = weight * elements.reflectance(source);
-              resolved +=
-                  to_double(sent * resolved_irradiance(
-                                       input.scene, input.direct, direct, source, hit, out.counts,
-                                       [&](const PunctualLight& light, const Rgb& arrives) {
-                                         if (by_group.empty()) return;
-                                         by_group[light.group] += sent * arrives * links.scale[e];
-                                       }));
+              const auto deliver = [&](std::uint32_t group, const Rgb& arrives) {
+                if (!by_group.empty()) by_group[group] += sent * arrives * links.scale[e];
+              };
+              if (has_resolved(direct, source)) {
+                const Rgb arrives = resolved_irradiance(input.scene, input.direct, direct, source,
+                                                        hit, out.counts, deliver) +
+                                    uneven_irradiance(input.scene, input.direct, direct, source,
+                                                      hit, out.counts, deliver);
+                resolved += to_double(sent * arrives);
+              }
               // A cell of two rooms, of which this element is in one: it is taken to be as bright.
               if (input.lookup.is_split(source)) source = e;
               out.source.push_back(source);

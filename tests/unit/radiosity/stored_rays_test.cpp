@@ -46,6 +46,39 @@ TEST(StoredRays, SettleWhereFewRaysFindSmallElements) {
   }
 }
 
+/// A lamp that shines up, close below a ceiling: nearly all that it lights is hidden by it.
+/// Elements of the ceiling that lie half above the lamp send on what is beside it, not their mean.
+TEST(StoredRays, LampsCloseToACeilingAreSharp) {
+  SceneKit kit;
+  const std::uint32_t ceiling = kit.material(Rgb::grey(0.5f), Rgb{});
+  const std::uint32_t black = kit.material(Rgb{}, Rgb{});
+  kit.quad({Vec3f{-1.2f, 0, 1.2f}, {1.2f, 0, 1.2f}, {1.2f, 0, -1.2f}, {-1.2f, 0, -1.2f}}, black);
+  kit.quad({Vec3f{-1.2f, 1, -1.2f}, {1.2f, 1, -1.2f}, {1.2f, 1, 1.2f}, {-1.2f, 1, 1.2f}}, ceiling);
+  kit.quad({Vec3f{-0.55f, 0.98f, 0.7f},
+            {0.75f, 0.98f, 0.7f},
+            {0.75f, 0.98f, -0.6f},
+            {-0.55f, 0.98f, -0.6f}},
+           kit.material(Rgb{}, Rgb::grey(100)));
+  kit.finish();
+  const auto floor_flux = [&](double edge) {
+    const Bench bench(kit, edge);
+    SolverOptions options;
+    options.rays = 256;
+    options.direct_samples = 64;
+    const auto solution = solve_stored_rays(bench.input, options, Progress{});
+    EXPECT_TRUE(solution.ok());
+    double flux = 0;
+    for (ElementId e = 0; e < bench.elements.count(); ++e) {
+      if (bench.elements.point(e, 0.5f, 0.5f).triangle > 1) continue;
+      flux += static_cast<double>(solution->irradiance[e].g * bench.elements.area(e));
+    }
+    return flux;
+  };
+  const double fine = floor_flux(0.02), coarse = floor_flux(0.4);
+  EXPECT_GT(fine, 0);
+  EXPECT_NEAR(coarse, fine, 0.05 * fine);
+}
+
 /// Light that has to go a long way between white walls: corrections settle slowly, and are kept.
 TEST(StoredRays, ReachTheEndOfACorridor) {
   SceneKit kit;
