@@ -1,5 +1,6 @@
-// Bent by a normal map of ordinary strength, irradiance changes by a fraction of itself only: a few
-// rays a texel are enough, none are shared between texels.
+// Bent by a normal map of ordinary strength, irradiance changes by a fraction of itself only, and
+// where light comes from changes slowly over a chart, punctual lights' shadows apart: a few rays a
+// texel are enough, whose sums are averaged with those of the texels around.
 
 #include "core/lightmap/directional.h"
 
@@ -8,6 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/lightmap/gather.h"
 #include "core/lightmap/incident.h"
+#include "core/lightmap/neighbours.h"
 #include "core/lightmap/texel_points.h"
 
 namespace lightbatch::lightmap {
@@ -15,8 +17,12 @@ namespace {
 
 constexpr std::size_t kGrain = 256;
 /// Rays of a texel against those of its irradiance, and at least.
-constexpr int kShareOfRays = 8;
-constexpr int kFewestRays = 16;
+constexpr int kShareOfRays = 32;
+constexpr int kFewestRays = 4;
+/// Sums of rays are averaged over 3 x 3 texels so often; not over folds, where less than this is
+/// the cosine between normals.
+constexpr int kRounds = 2;
+constexpr float kSameNormal = 0.9f;
 /// Punctual lights are asked from so many points of a texel; from its middle where there are many.
 constexpr std::uint32_t kLightPoints = 8;
 constexpr std::size_t kFewLights = 8;
@@ -30,6 +36,19 @@ struct Moments {
     all += light;
     towards = towards + to_double(direction) * light;
   }
+  Moments& operator+=(const Moments& o) {
+    all += o.all;
+    towards = towards + o.towards;
+    return *this;
+  }
+};
+
+/// Light at the texels by where it is taken from.
+struct Measured {
+  explicit Measured(std::size_t texels)
+      : punctual(texels), sampled(texels), normal(texels, Vec3f{0, 0, 0}) {}
+  std::vector<Moments> punctual, sampled;
+  std::vector<Vec3f> normal;  // 0: not measured
 };
 
 class DirectionalTexels {
@@ -38,15 +57,15 @@ class DirectionalTexels {
       : input_(input),
         gather_(input, settings),
         incident_(input, gather_),
-        rays_(static_cast<std::uint32_t>(std::max(kFewestRays, settings.rays / kShareOfRays))) {}
+        rays_(static_cast<std::uint32_t>(directional_rays(settings.rays))) {}
 
-  Vec3f measure(std::uint32_t t, BakeCounts& counts) const {
+  void measure(std::uint32_t t, Measured& light, BakeCounts& counts) const {
     const atlas::Texel& texel = input_.texels.texels[t];
     const TexelPoints points = texel_points(input_.texels, texel);
-    Moments sum;
-    add_punctual(t, points, central_point(input_.texels, texel), counts, sum);
-    add_sampled(t, points, counts, sum);
-    return sum.all > 0 ? to_float(sum.towards / sum.all) : Vec3f{0, 0, 0};
+    const TexelPoints::Point middle = central_point(input_.texels, texel);
+    light.normal[t] = receiver(middle).frame.normal;
+    add_punctual(t, points, middle, counts, light.punctual[t]);
+    add_sampled(t, points, counts, light.sampled[t]);
   }
 
  private:
@@ -96,7 +115,22 @@ class DirectionalTexels {
   const std::uint32_t rays_;
 };
 
+/// Sums of a texel's rays and of those around it.
+Moments averaged(const BakeInput& input, const Measured& light, std::uint32_t t) {
+  Moments sum;
+  int texels = 0;
+  for (const std::uint32_t other : neighbourhood(input.texels, input.layout, t)) {
+    if (other == scene::kNone || !(dot(light.normal[other], light.normal[t]) > kSameNormal))
+      continue;
+    sum += light.sampled[other];
+    ++texels;
+  }
+  return texels > 0 ? Moments{sum.all / texels, sum.towards / texels} : sum;
+}
+
 }  // namespace
+
+int directional_rays(int rays) { return std::max(kFewestRays, rays / kShareOfRays); }
 
 std::vector<std::uint8_t> charts_with_normal_maps(const scene::Scene& scene,
                                                   const atlas::Layout& layout) {
@@ -120,13 +154,29 @@ Result<DirectionalMap> bake_directional(const BakeInput& input, const GatherSett
     std::uint64_t texels = 0;
   };
   std::vector<Block> blocks((texels.size() + kGrain - 1) / kGrain);
-  parallel_for(texels.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    Block& block = blocks[begin / kGrain];
-    for (std::size_t t = begin; t < end && !progress.cancelled(); ++t) {
-      if (charts[texels[t].chart] == 0) continue;
-      map.direction[t] = measure.measure(static_cast<std::uint32_t>(t), block.counts);
-      ++block.texels;
-    }
+  Measured light(texels.size());
+  const auto for_texels = [&](const auto& visit) {
+    parallel_for(texels.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end && !progress.cancelled(); ++t) {
+        const bool wanted = input.selected == nullptr || (*input.selected)[t] != 0;
+        if (!wanted || charts[texels[t].chart] == 0) continue;
+        visit(static_cast<std::uint32_t>(t), blocks[begin / kGrain]);
+      }
+    });
+  };
+  for_texels([&](std::uint32_t t, Block& block) {
+    measure.measure(t, light, block.counts);
+    ++block.texels;
+  });
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<Moments> next(texels.size());
+    for_texels([&](std::uint32_t t, Block&) { next[t] = averaged(input, light, t); });
+    light.sampled.swap(next);
+  }
+  for_texels([&](std::uint32_t t, Block&) {
+    Moments sum = light.punctual[t];
+    sum += light.sampled[t];
+    if (sum.all > 0) map.direction[t] = to_float(sum.towards / sum.all);
   });
   if (progress.cancelled()) return cancelled();
   for (const Block& block : blocks) {

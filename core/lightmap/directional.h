@@ -24,7 +24,11 @@ struct DirectionalMap {
 std::vector<std::uint8_t> charts_with_normal_maps(const scene::Scene& scene,
                                                   const atlas::Layout& layout);
 
-/// Directions of the flagged charts' texels. The same bytes on any number of threads. CANCELLED.
+/// Rays of a texel, where its irradiance takes so many.
+int directional_rays(int rays);
+
+/// Directions of the flagged charts' texels, of the selected ones. The same bytes on any number of
+/// threads. CANCELLED.
 Result<DirectionalMap> bake_directional(const BakeInput& input, const GatherSettings& settings,
                                         const std::vector<std::uint8_t>& charts,
                                         const Progress& progress);

@@ -13,6 +13,8 @@ namespace {
 /// Texels drawn for judging; the certificate uses a prefix.
 constexpr std::size_t kProbes = 8192;
 constexpr double kFewestPaths = 2e5;
+/// But no more rays than these: between the whitest walls a path has a thousand.
+constexpr double kFewestRays = 2e7;
 constexpr double kMostPaths = 8e6;
 /// Paths that an ordinary room takes until noise no longer hides an error of 1 % (they go as error
 /// to minus 2), and limits of what a certificate may take of them however small the bake.
@@ -104,7 +106,8 @@ double mean_bounces(const Prepared& p) {
 
 /// Paths of a quarter of the price of the bake, within limits.
 double quarter_of(double bake_rays, double rays_a_path) {
-  return std::clamp(0.25 * bake_rays / rays_a_path, kFewestPaths, kMostPaths);
+  const double fewest = std::min(kFewestPaths, kFewestRays / rays_a_path);
+  return std::clamp(0.25 * bake_rays / rays_a_path, fewest, kMostPaths);
 }
 
 }  // namespace

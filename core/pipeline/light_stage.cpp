@@ -138,6 +138,7 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   if (wish.keep_first) bake.first = first;
 
   clock.start("gather");
+  bake.stage_seconds = clock.stages().back().seconds;
   lightmap::BakeInput input{*p.scene,      *p.optics,       *p.caster,     p.sky,
                             first->direct, first->elements, first->lookup, first->solution,
                             places.layout, places.texels};
@@ -150,9 +151,11 @@ Result<LightBake> bake_light(const JobOptions& options, const Prepared& p,
   input.selected = wish.selected;
   LB_ASSIGN_OR_RETURN(bake.baked, lightmap::bake_texels(input, settings.gather, progress));
   clock.stop();
-  if (whole && p.effects.on(plan::Effect::kDirectionalLightmaps)) {
+  bake.texel_seconds = clock.stages().back().seconds;
+  if (p.effects.on(plan::Effect::kDirectionalLightmaps)) {
     LB_ASSIGN_OR_RETURN(bake.directional,
                         bake_directional_lightmaps(p, input, settings.gather, clock, progress));
+    bake.directional_seconds = clock.stages().back().seconds;
   }
   if (whole && p.effects.on(plan::Effect::kProbes)) {
     LB_ASSIGN_OR_RETURN(bake.probes, bake_light_probes(p, input, settings.gather, clock, progress));

@@ -40,9 +40,10 @@ struct LightBake {
   /// The sky last, black or not. baked.by_group has their light, unless all is of one source;
   /// empty: not kept apart.
   std::vector<radiosity::LightGroup> groups;
-  std::shared_ptr<const FirstStage> first;  // where it was asked for
-  lightmap::DirectionalMap directional;     // empty: no normal maps, or a part of the texels only
-  probes::LightProbes probes;               // empty: nothing moves, or a part of the texels only
+  std::shared_ptr<const FirstStage> first;                               // where it was asked for
+  lightmap::DirectionalMap directional;                                  // empty: no normal maps
+  double stage_seconds = 0, texel_seconds = 0, directional_seconds = 0;  // wall
+  probes::LightProbes probes;  // empty: nothing moves, or a part of the texels only
 };
 
 /// What settings are chosen from.

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/lightmap/directional.h"
+
 namespace lightbatch::pipeline {
 namespace {
 
@@ -75,7 +77,12 @@ double stage_seconds_at(const Pilot& pilot, const Rungs& rungs) {
 }
 
 double seconds_at(const Pilot& pilot, const Rungs& rungs) {
+  const auto directional = [](double rung) {
+    const Rungs at{rung, rung, rung, rung};
+    return lightmap::directional_rays(accuracy::settings_for(at, {}, 0).gather.rays);
+  };
   return stage_seconds_at(pilot, rungs) +
+         pilot.directional_seconds * directional(rungs.gather) / directional(pilot.indirect.rung) +
          pilot.gather_seconds * times(pilot.indirect, rungs.gather) +
          pilot.direct_seconds * times(pilot.direct, rungs.direct);
 }

@@ -17,7 +17,7 @@ struct Pilot {
   /// Measured error over that from the runs' difference; in the parts' errors already.
   double excess = 1;
   /// Wall seconds of the whole map at the pilot's rungs.
-  double direct_seconds = 0, stage_seconds = 0, gather_seconds = 0;
+  double direct_seconds = 0, stage_seconds = 0, gather_seconds = 0, directional_seconds = 0;
   double seconds_a_path = 0;  // of a certificate
 };
 

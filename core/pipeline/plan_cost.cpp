@@ -15,10 +15,11 @@ constexpr double kPilotTexels = 500;
 void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const LightBake& bake,
                double baked_share) {
   const auto rays_of = [&](std::uint64_t radiosity::RayCounts::*count) {
+    const auto of_texels = static_cast<double>(bake.baked.counts.rays.*count) +
+                           static_cast<double>(bake.directional.counts.rays.*count);
     return static_cast<double>(bake.radiosity.rays.*count) +
-           static_cast<double>(bake.directional.counts.rays.*count) +
            static_cast<double>(bake.probes.counts.rays.*count) +
-           static_cast<double>(bake.baked.counts.rays.*count) / std::max(1e-9, baked_share);
+           of_texels / std::max(1e-9, baked_share);
   };
   using radiosity::RayCounts;
   const double punctual = rays_of(&RayCounts::punctual_shadow);
@@ -51,7 +52,8 @@ void set_costs(plan::EffectPlan& effects, const scene::Scene& scene, const Light
   set(Effect::kAlphaCutout, rays_of(&RayCounts::alpha_lookups));
   set(Effect::kAlphaBlend, crossings);
   set(Effect::kTransmission, crossings);
-  set(Effect::kDirectionalLightmaps, static_cast<double>(bake.directional.counts.rays.cast()));
+  set(Effect::kDirectionalLightmaps,
+      static_cast<double>(bake.directional.counts.rays.cast()) / std::max(1e-9, baked_share));
   set(Effect::kProbes, static_cast<double>(bake.probes.counts.rays.cast()));
 }
 

@@ -159,10 +159,9 @@ class Tuner {
     pilot.indirect = {last_.at.gather, 0, rays * shared * whole_, accuracy::kIndirectGrowth};
     pilot.stage_rung = last_.at.first;
     pilot.stage_rays = static_cast<double>(light.radiosity.rays.cast());
-    // The last two stages are radiosity and gather of this run.
-    const auto& stages = own_.stages();
-    pilot.stage_seconds = stages[stages.size() - 2].seconds;
-    const double once = stages.back().seconds - baked.direct_seconds - baked.gather_seconds;
+    pilot.stage_seconds = light.stage_seconds;
+    const double once = light.texel_seconds - baked.direct_seconds - baked.gather_seconds;
+    pilot.directional_seconds = light.directional_seconds * whole_;
     pilot.direct_seconds = baked.direct_seconds * whole_;
     pilot.gather_seconds = baked.gather_seconds * whole_ * shared + once;
     return pilot;

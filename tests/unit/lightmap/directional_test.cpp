@@ -130,7 +130,7 @@ TEST(Directional, ChartsWithoutNormalMapsCostNothing) {
   floor.lit.sky = optics::Environment(Rgb::grey(1));
   const DirectionalMap map = floor.bake(64);
   EXPECT_EQ(2 * map.texels, map.direction.size());
-  EXPECT_EQ(map.counts.rays.cast(), 16 * map.texels);
+  EXPECT_EQ(map.counts.rays.cast(), 4 * map.texels);
   std::uint64_t dark = 0;
   for (const Vec3f& d : map.direction) dark += dot(d, d) == 0 ? 1u : 0u;
   EXPECT_EQ(dark, map.texels);
