@@ -5,6 +5,7 @@
 #include <limits>
 
 namespace lightbatch::atlas {
+
 void TexelPart::Corners::keep(double at_0, double at_1, double at_2) {
   if (at_0 >= 0 && at_1 >= 0 && at_2 >= 0) return;
   const auto value = [&](const Vec2d& p) {

@@ -94,10 +94,10 @@ void fill_tree(const KeyCuts& cuts, const std::vector<std::uint32_t>& number, Ba
     std::uint32_t node, parent;
     bool batch;  // the batch of the node, not the node
   };
-  std::vector<Entry> todo{{0, scene::kNone, false}};
-  while (!todo.empty()) {
-    auto [node, parent, batch] = todo.back();
-    todo.pop_back();
+  std::vector<Entry> stack{{0, scene::kNone, false}};
+  while (!stack.empty()) {
+    auto [node, parent, batch] = stack.back();
+    stack.pop_back();
     while (!batch && number[node] == scene::kNone) {
       const std::uint32_t l = node + 1, r = tree.right[node];
       if (alive[l] == 0)
@@ -115,9 +115,9 @@ void fill_tree(const KeyCuts& cuts, const std::vector<std::uint32_t>& number, Ba
       continue;
     }
     // Last in, first out: the node's own batch comes first.
-    if (alive[tree.right[node]] > 0) todo.push_back({tree.right[node], id, false});
-    if (alive[node + 1] > 0) todo.push_back({node + 1, id, false});
-    if (number[node] != scene::kNone) todo.push_back({node, id, true});
+    if (alive[tree.right[node]] > 0) stack.push_back({tree.right[node], id, false});
+    if (alive[node + 1] > 0) stack.push_back({node + 1, id, false});
+    if (number[node] != scene::kNone) stack.push_back({node, id, true});
   }
 }
 

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/optics/equirectangular.h"
+
 namespace lightbatch::optics {
 namespace {
 
@@ -13,11 +15,6 @@ constexpr int kMaxColumns = 1024;
 float tame(float value, float scale) {
   const float v = value * scale;
   return std::isfinite(v) && v > 0 ? std::min(v, static_cast<float>(kMostRadiance)) : 0;
-}
-
-/// Height y on the unit sphere of the upper border of row `row` of `rows`.
-double border(int row, int rows) {
-  return std::cos(kPiDouble * static_cast<double>(row) / static_cast<double>(rows));
 }
 
 }  // namespace
@@ -33,7 +30,8 @@ Environment::Environment(image::ImageRgb map, float scale) {
   const int rows = (map.height + block_ - 1) / block_;
   std::vector<double> weights(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows));
   for (int y = 0; y < map.height; ++y) {
-    const double share = (border(y, map.height) - border(y + 1, map.height)) / (2 * map.width);
+    const double share =
+        (border_height(y, map.height) - border_height(y + 1, map.height)) / (2 * map.width);
     for (int x = 0; x < map.width; ++x) {
       Rgb& p = map.at(x, y);
       p = {tame(p.r, scale), tame(p.g, scale), tame(p.b, scale)};
@@ -63,8 +61,7 @@ Rgb Environment::radiance(const Vec3f& direction) const {
 double Environment::solid_angle(int block_row, int block_column) const {
   const int top = block_row * block_, bottom = std::min(top + block_, map_->height);
   const int left = block_column * block_, right = std::min(left + block_, map_->width);
-  return (border(top, map_->height) - border(bottom, map_->height)) * 2 * kPiDouble *
-         static_cast<double>(right - left) / static_cast<double>(map_->width);
+  return optics::solid_angle(top, bottom, right - left, map_->width, map_->height);
 }
 
 Environment::Sample Environment::sample(double random_a, double random_b) const {
@@ -76,13 +73,11 @@ Environment::Sample Environment::sample(double random_a, double random_b) const 
     const int column = static_cast<int>(pick.index) % columns_;
     const int left = column * block_, right = std::min(left + block_, map_->width);
     u = (left + pick.rest * (right - left)) / map_->width;
-    const double top = border(row * block_, map_->height);
-    const double bottom = border(std::min((row + 1) * block_, map_->height), map_->height);
+    const double top = border_height(row * block_, map_->height);
+    const double bottom = border_height(std::min((row + 1) * block_, map_->height), map_->height);
     y = top + random_b * (bottom - top);
   }
-  const double angle = (u - 0.5) * 2 * kPiDouble;
-  const double across = std::sqrt(std::max(0.0, 1 - y * y));
-  s.direction = to_float(Vec3d{across * std::cos(angle), y, across * std::sin(angle)});
+  s.direction = to_float(direction_at(u, y));
   s.radiance = radiance(s.direction);
   s.density = density(s.direction);
   if (!(s.density > 0)) {  // rounded into a black block beside the picked one

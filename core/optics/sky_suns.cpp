@@ -13,6 +13,8 @@
 #include <span>
 #include <utility>
 
+#include "core/optics/equirectangular.h"
+
 namespace lightbatch::optics {
 namespace {
 
@@ -26,23 +28,18 @@ constexpr std::size_t kMostSuns = 16;
 /// half-open window.
 constexpr double kWorth = 1;
 
-/// Height on the unit sphere of the upper border of a row.
-double border(std::uint32_t row, int rows) {
-  return std::cos(kPiDouble * row / static_cast<double>(rows));
-}
-
 double pixel_solid_angle(std::uint32_t row, int width, int height) {
-  return (border(row, height) - border(row + 1, height)) * 2 * kPiDouble / width;
+  const auto top = static_cast<int>(row);
+  return solid_angle(top, top + 1, 1, width, height);
 }
 
-Vec3d direction_at(double u, double height) {
-  const double angle = (u - 0.5) * 2 * kPiDouble;
-  const double across = std::sqrt(std::max(0.0, 1 - height * height));
-  return {across * std::cos(angle), height, across * std::sin(angle)};
+double middle_height(std::uint32_t row, int height) {
+  const auto top = static_cast<int>(row);
+  return 0.5 * (border_height(top, height) + border_height(top + 1, height));
 }
 
 Vec3d pixel_direction(const SkySun::Pixel& p, int width, int height) {
-  return direction_at((p.x + 0.5) / width, 0.5 * (border(p.y, height) + border(p.y + 1, height)));
+  return direction_at((p.x + 0.5) / width, middle_height(p.y, height));
 }
 
 /// Pixels by brightness, 16 classes an octave (the leading bits of a float).
@@ -193,7 +190,8 @@ SkySun::SkySun(int width, int height, std::vector<Pixel> pixels)
 Vec3f SkySun::direction(Vec2f random) const {
   const DiscreteSampler::Pick pick = sampler_.pick(static_cast<double>(random.x));
   const Pixel& p = pixels_[pick.index];
-  const double top = border(p.y, height_), bottom = border(p.y + 1, height_);
+  const auto row = static_cast<int>(p.y);
+  const double top = border_height(row, height_), bottom = border_height(row + 1, height_);
   return to_float(direction_at((p.x + static_cast<double>(pick.rest)) / width_,
                                top + static_cast<double>(random.y) * (bottom - top)));
 }
