@@ -82,7 +82,9 @@ std::mutex pool_mutex;
 std::unique_ptr<Pool> pool;
 int configured_threads = 0;
 
-int hardware_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+int hardware_threads() {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
 void run_blocks(std::size_t blocks, const std::function<void(std::size_t)>& body) {
   if (inside_parallel_region || blocks <= 1 || thread_count() == 1) {
@@ -115,10 +117,6 @@ void parallel_for(std::size_t count, std::size_t grain,
     const std::size_t begin = block * step;
     body(begin, std::min(begin + step, count));
   });
-}
-
-void parallel_invoke(const std::vector<std::function<void()>>& tasks) {
-  run_blocks(tasks.size(), [&](std::size_t i) { tasks[i](); });
 }
 
 }  // namespace lightbatch

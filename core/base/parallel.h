@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <condition_variable>
 #include <cstddef>
 #include <functional>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -23,8 +26,43 @@ int thread_count();
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
 
-/// Runs independent tasks, each once, on up to thread_count() threads (nested calls: serially).
-void parallel_invoke(const std::vector<std::function<void()>>& tasks);
+/// Works through `open`, the largest (operator<) first, and through what that brings up, on up to
+/// thread_count() threads (nested calls: serially). make_body() gives each thread a body of its
+/// own; body(task, more) appends the tasks that are to follow. body must not throw.
+template <typename Task, typename MakeBody>
+void parallel_tasks(std::vector<Task> open, MakeBody make_body) {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::size_t running = 0;
+  std::make_heap(open.begin(), open.end());
+  const auto work = [&] {
+    auto body = make_body();
+    std::vector<Task> more;
+    std::unique_lock lock(mutex);
+    while (true) {
+      changed.wait(lock, [&] { return !open.empty() || running == 0; });
+      if (open.empty()) return;
+      std::pop_heap(open.begin(), open.end());
+      const Task task = std::move(open.back());
+      open.pop_back();
+      ++running;
+      lock.unlock();
+      more.clear();
+      body(task, more);
+      lock.lock();
+      --running;
+      for (Task& one : more) {
+        open.push_back(std::move(one));
+        std::push_heap(open.begin(), open.end());
+      }
+      if (!more.empty() || (open.empty() && running == 0)) changed.notify_all();
+    }
+  };
+  parallel_for(static_cast<std::size_t>(thread_count()), 1,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t i = begin; i < end; ++i) work();
+               });
+}
 
 /// Maps each block of `grain` items to a T by map(begin, end) and folds the blocks in order:
 /// fold(fold(initial, block 0), block 1)... The same bits on any number of threads.

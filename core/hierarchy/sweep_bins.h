@@ -7,13 +7,15 @@
 // of most primitives is put off until it fits the caches.
 
 /// A node by its records, and where its subtree goes.
-struct Part {
+struct alignas(32) Part {
   V8f range;  // a box that holds all its boxes
   std::uint32_t begin = 0;
   std::uint32_t count = 0;
   std::uint32_t place = 0;
   int depth = 0;
   bool in_tree = false;  // where the records are
+
+  bool operator<(const Part& other) const { return count < other.count; }
 };
 
 /// Where parts keep their records: level by level in memory of their own, and in the nodes of their
@@ -43,8 +45,7 @@ class BinSplit {
   bool operator()(const Part& part, std::array<Part, 2>& children) {
     part_ = &part;
     records_ = memory_.records(part);
-    const std::size_t pieces = threads_ == 1 ? 1 : 2 * threads_;
-    chunk_ = std::max(kLeastChunk, (part.count + pieces - 1) / pieces);
+    chunk_ = std::max(kLeastChunk, (part.count + threads_ - 1) / threads_);
     range_ = allowed_positions(part.count, part.depth);
     if (range_.first > 1 || !place_bins()) return false;
     fill_bins();

@@ -17,7 +17,52 @@
 // clang-format on
 
 constexpr std::uint32_t kSorted = 16384;  // nodes up to here are sorted
-constexpr std::uint32_t kSubtrees = 12;   // all threads split nodes down to a twelfth of all
+constexpr std::uint32_t kShares = 16;     // a thread's; what is smaller stays with one thread
+
+/// What one thread does with nodes of its own.
+class Worker {
+ public:
+  Worker(const PartMemory& memory, TreeArrays& tree)
+      : memory_(memory), tree_(&tree), split_(memory, 1) {}
+
+  /// Appends the children, the left one last; false, and nothing done, if bins tell too little.
+  bool split(const Part& part, std::vector<Part>& children) {
+    std::array<Part, 2> both;
+    if (!split_(part, both)) return false;
+    children.push_back(both[1]);
+    children.push_back(both[0]);
+    return true;
+  }
+
+  void subtree(const Part& root) {
+    std::vector<Part> open{root};
+    while (!open.empty()) {
+      const Part part = open.back();
+      open.pop_back();
+      if (part.count <= kSorted || !split(part, open)) sort_and_sweep(part);
+    }
+  }
+
+ private:
+  void sort_and_sweep(const Part& part) {
+    // Lists start at different places within a page: loads and stores a multiple of 4 KB apart
+    // would wait for each other.
+    constexpr std::size_t kPage = 4096 / sizeof(Record), kStagger = 26;
+    constexpr std::size_t kHugePages = (std::size_t{4} << 20) / sizeof(Record);
+    const std::size_t each = (part.count + kPage - 1) / kPage * kPage + kStagger;
+    LargeVector<Record> memory(std::max(kHugePages, 2 * kMargin + 6 * each));
+    SweepLists lists;
+    for (std::size_t i = 0; i < 6; ++i) lists[i / 3][i % 3] = memory.data() + kMargin + i * each;
+    presort({memory_.records(part), part.count}, lists[0], lists[1]);
+    SortedSweep(lists, part.begin, blocks_, *tree_)
+        .run({0, part.count, part.place, part.depth, {}});
+  }
+
+  PartMemory memory_;
+  TreeArrays* tree_;
+  BinSplit split_;
+  NodeBlocks blocks_;
+};
 
 class Sweep {
  public:
@@ -29,24 +74,23 @@ class Sweep {
 
   void run() {
     const auto n = static_cast<std::uint32_t>(boxes_.size());
-    const std::uint32_t enough = std::max(kSorted, n / kSubtrees);
+    const auto threads = static_cast<std::uint32_t>(thread_count());
     std::vector<Part> open{{make_records(), 0, n, 0, 0, false}};
-    std::vector<Part> subtrees;
+    // All threads share the split of a node that holds most of what there is to do.
     BinSplit split(memory_, thread_count());
-    while (!open.empty()) {
-      const Part part = open.back();
-      open.pop_back();
-      std::array<Part, 2> children;
-      if (part.count <= enough || !split(part, children)) {
-        subtrees.push_back(part);
-        continue;
-      }
-      open.insert(open.end(), children.begin(), children.end());
+    std::array<Part, 2> children;
+    while (threads > 1 && open.front().count > std::max(kSorted, n / threads / 2 * 3) &&
+           split(open.front(), children)) {
+      open.front() = children[0];
+      open.push_back(children[1]);
+      std::iter_swap(open.begin(), std::max_element(open.begin(), open.end()));
     }
-    std::stable_sort(subtrees.begin(), subtrees.end(),
-                     [](const Part& a, const Part& b) { return a.count > b.count; });
-    parallel_for(subtrees.size(), 1, [&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) subtree(subtrees[i]);
+    const std::uint32_t enough = threads > 1 ? std::max(kSorted, n / (threads * kShares)) : n;
+    parallel_tasks(std::move(open), [&] {
+      return
+          [&, worker = Worker(memory_, tree_)](const Part& part, std::vector<Part>& more) mutable {
+            if (part.count <= enough || !worker.split(part, more)) worker.subtree(part);
+          };
     });
   }
 
@@ -66,38 +110,6 @@ class Sweep {
     V8f box = empty_box();
     for (const Record& chunk : chunks) box = unite(load_box(&chunk), box);
     return box;
-  }
-
-  void subtree(const Part& root) {
-    BinSplit split(memory_, 1);
-    NodeBlocks blocks;
-    LargeVector<Record> lists;
-    std::vector<Part> open{root};
-    while (!open.empty()) {
-      const Part part = open.back();
-      open.pop_back();
-      std::array<Part, 2> children;
-      if (part.count > kSorted && split(part, children)) {
-        open.push_back(children[1]);
-        open.push_back(children[0]);
-      } else {
-        sort_and_sweep(part, lists, blocks);
-      }
-    }
-  }
-
-  void sort_and_sweep(const Part& part, LargeVector<Record>& memory, NodeBlocks& blocks) {
-    // Lists start at different places within a page: loads and stores a multiple of 4 KB apart
-    // would wait for each other.
-    constexpr std::size_t kPage = 4096 / sizeof(Record), kStagger = 26;
-    const std::size_t each = (part.count + kPage - 1) / kPage * kPage + kStagger;
-    if (memory.size() < 2 * kMargin + 6 * each)
-      memory =
-          LargeVector<Record>(2 * kMargin + 6 * std::max<std::size_t>(each, kSorted + kStagger));
-    SweepLists lists;
-    for (std::size_t i = 0; i < 6; ++i) lists[i / 3][i % 3] = memory.data() + kMargin + i * each;
-    presort({memory_.records(part), part.count}, lists[0], lists[1]);
-    SortedSweep(lists, part.begin, blocks, tree_).run({0, part.count, part.place, part.depth, {}});
   }
 
   std::span<const Aabb> boxes_;

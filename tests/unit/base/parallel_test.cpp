@@ -22,7 +22,7 @@ INSTANTIATE_TEST_SUITE_P(Threads, ParallelTest, testing::Values(1, 2, 3, 8));
 
 TEST_P(ParallelTest, EmptyRangesCallNothing) {
   parallel_for(0, 16, [](std::size_t, std::size_t) { FAIL(); });
-  parallel_invoke({});
+  parallel_tasks(std::vector<int>(), [] { return [](int, std::vector<int>&) { FAIL(); }; });
   const int value = deterministic_reduce(
       0, 16, 7, [](std::size_t, std::size_t) { return 1; }, [](int a, int b) { return a + b; });
   EXPECT_EQ(value, 7);
@@ -64,12 +64,34 @@ TEST_P(ParallelTest, NestedLoopsRunToTheEnd) {
   for (const auto& visit : visits) ASSERT_EQ(visit, 1);
 }
 
-TEST_P(ParallelTest, TasksRunOnceEach) {
-  std::vector<int> done(20, 0);
-  std::vector<std::function<void()>> tasks;
-  for (int& flag : done) tasks.emplace_back([&flag] { ++flag; });
-  parallel_invoke(tasks);
-  for (const int flag : done) EXPECT_EQ(flag, 1);
+TEST_P(ParallelTest, TasksAndThoseThatFollowRunOnceEach) {
+  // Task i brings up 2 i and 2 i + 1.
+  constexpr int kEnd = 1000;
+  std::vector<std::atomic<int>> runs(kEnd);
+  std::atomic<std::size_t> bodies{0};
+  parallel_tasks(std::vector<int>{1}, [&] {
+    ++bodies;
+    return [&](int task, std::vector<int>& more) {
+      ++runs[static_cast<std::size_t>(task)];
+      for (const int next : {2 * task, 2 * task + 1}) {
+        if (next < kEnd) more.push_back(next);
+      }
+    };
+  });
+  for (std::size_t i = 1; i < runs.size(); ++i) ASSERT_EQ(runs[i], 1);
+  EXPECT_LE(bodies, static_cast<std::size_t>(GetParam()));
+}
+
+TEST(Parallel, OneThreadTakesTheLargestTaskFirst) {
+  set_thread_count(1);
+  std::vector<int> order;
+  parallel_tasks(std::vector<int>{3, 9, 5}, [&] {
+    return [&](int task, std::vector<int>& more) {
+      order.push_back(task);
+      if (task == 9) more = {4, 1};
+    };
+  });
+  EXPECT_EQ(order, (std::vector<int>{9, 5, 4, 3, 1}));
 }
 
 TEST_P(ParallelTest, ManyShortLoopsInARow) {
@@ -120,14 +142,10 @@ TEST(Parallel, UsesTheThreadsItMay) {
   set_thread_count(2);
   // Two tasks that wait for each other finish only on two threads.
   std::atomic<int> arrived{0};
-  parallel_invoke({[&] {
-                     ++arrived;
-                     while (arrived < 2) std::this_thread::yield();
-                   },
-                   [&] {
-                     ++arrived;
-                     while (arrived < 2) std::this_thread::yield();
-                   }});
+  parallel_for(2, 1, [&](std::size_t, std::size_t) {
+    ++arrived;
+    while (arrived < 2) std::this_thread::yield();
+  });
   EXPECT_EQ(arrived, 2);
   EXPECT_EQ(thread_count(), 2);
   set_thread_count(0);
