@@ -91,16 +91,21 @@ class BinSplit {
                  [&](std::size_t begin, std::size_t end) { body(begin / chunk_, begin, end); });
   }
 
+  /// The last place of `bin` is a count, an integer.
+  static LB_INLINE V8f unite_and_count(V8f bin, V8f box) {
+    const V8f more = reinterpret_cast<V8f>(reinterpret_cast<V8i>(bin) + 1);
+    return __builtin_shufflevector(unite(bin, box), more, 0, 1, 2, 3, 4, 5, 6, 15);
+  }
+
   /// Two sets of bins a chunk, one for each half of it, filled in turn: neighbours often fall into
   /// one bin, and would wait for each other.
   void fill_bins() {
     boxes_.resize(2 * chunks() * 3 * kBins);
-    counts_.resize(2 * chunks() * 3 * kBins);
     each_chunk([&](std::size_t chunk, std::size_t begin, std::size_t end) {
       Record* const boxes = boxes_.data() + chunk * 6 * kBins;
-      std::uint32_t* const counts = counts_.data() + chunk * 6 * kBins;
-      for (std::size_t i = 0; i < 6 * kBins; ++i) store_box(boxes + i, empty_box());
-      std::fill_n(counts, 6 * kBins, 0u);
+      V8f empty = empty_box();
+      empty[7] = 0;
+      for (std::size_t i = 0; i < 6 * kBins; ++i) store_box(boxes + i, empty);
       const V4f low = low_, scale = scale_, place_scale = place_scale_;
       const V4i last = V4i{} + static_cast<std::int32_t>(kBins - 1);
       const Record* const records = records_;
@@ -116,8 +121,7 @@ class BinSplit {
         for (std::size_t axis = 0; axis < 3; ++axis) {
           const auto bin = static_cast<std::size_t>(static_cast<std::uint32_t>(code[axis]));
           const std::size_t to = (set + axis) * kBins + bin;
-          store_box(boxes + to, unite(load_box(boxes + to), box));
-          ++counts[to];
+          store_box(boxes + to, unite_and_count(load_box(boxes + to), box));
           codes[axis][i] = static_cast<std::uint16_t>(bin);
         }
       };
@@ -141,7 +145,7 @@ class BinSplit {
         for (std::size_t set = 0; set < 2 * chunks(); ++set) {
           const std::size_t i = (set * 3 + axis) * kBins + b;
           box = unite(load_box(&boxes_[i]), box);
-          sum += counts_[i];
+          sum += boxes_[i].one;
         }
         store_box(&blocks.boxes[b], box);
       }
@@ -194,8 +198,8 @@ class BinSplit {
     Cut result{records_[static_cast<std::uint32_t>(order[k])], ties,
                std::vector<std::size_t>(chunks() + 1)};
     for (std::size_t set = 0; set < 2 * chunks(); ++set) {
-      const std::uint32_t* const counts = counts_.data() + (set * 3 + axis) * kBins;
-      result.lefts[set / 2 + 1] = std::accumulate(counts, counts + b, result.lefts[set / 2 + 1]);
+      const Record* const bins = boxes_.data() + (set * 3 + axis) * kBins;
+      for (std::size_t i = 0; i < b; ++i) result.lefts[set / 2 + 1] += bins[i].one;
     }
     for (std::size_t i = 0; i < k; ++i) {
       ++result.lefts[static_cast<std::uint32_t>(order[i]) / chunk_ + 1];
@@ -245,8 +249,7 @@ class BinSplit {
   PositionRange range_{};
   V4f low_{}, scale_{}, place_scale_{};
   std::array<bool, 3> flat_{};
-  LargeVector<Record> boxes_;  // by half chunk, axis, bin
-  LargeVector<std::uint32_t> counts_;
+  LargeVector<Record> boxes_;  // by half chunk, axis, bin; `one` is the number of records
   NodeBlocks blocks_;
   std::array<DoubtfulBins, 3> doubtful_;
 };

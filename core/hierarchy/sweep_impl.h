@@ -95,6 +95,19 @@ class Sweep {
   }
 
  private:
+  /// Record::of in registers: what is written in pieces cannot be read back whole at once.
+  static LB_INLINE V8f make_record(const Aabb& box, std::uint32_t id) {
+    static_assert(sizeof(Aabb) == 6 * sizeof(float));
+    const auto* const planes = reinterpret_cast<const char*>(&box);
+    V4f low, high;  // high: from the last lower plane
+    std::memcpy(&low, planes, sizeof low);
+    std::memcpy(&high, planes + 2 * sizeof(float), sizeof high);
+    low[3] = std::bit_cast<float>(id | Record::kTag);
+    high = -high;
+    high[0] = 1.0f;
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 5, 6, 7, 4);
+  }
+
   /// Returns the box of all.
   V8f make_records() {
     constexpr std::size_t kGrain = 16384;
@@ -102,8 +115,9 @@ class Sweep {
     parallel_for(boxes_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       V8f box = empty_box();
       for (std::size_t i = begin; i < end; ++i) {
-        records_[i] = Record::of(boxes_[i], static_cast<std::uint32_t>(i));
-        box = unite(load_box(&records_[i]), box);
+        const V8f record = make_record(boxes_[i], static_cast<std::uint32_t>(i));
+        store_box(&records_[i], record);
+        box = unite(record, box);
       }
       store_box(&chunks[begin / kGrain], box);
     });

@@ -1,6 +1,7 @@
 // Vector pieces of the sweep; included by sweep_costs.h only.
 
 using V8f = float __attribute__((vector_size(32)));
+using V8i = std::int32_t __attribute__((vector_size(32)));
 using V4f = float __attribute__((vector_size(16)));
 using V4i = std::int32_t __attribute__((vector_size(16)));
 
