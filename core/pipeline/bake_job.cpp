@@ -114,7 +114,7 @@ scene_out::Compression compression_of(const JobOptions& options, const gltf::Doc
   return document.had_draco ? Written::kDraco : Written::kPlain;
 }
 
-Status write_scenes(const JobOptions& options, const Prepared& p, const Made& made,
+Status write_scenes(const JobOptions& options, const Prepared& p, const Made& made, Json& report,
                     Artifacts& artifacts) {
   scene_out::LightmapImages images;
   for (const lightmap::EncodedPage& page : made.finished.encoded) {
@@ -134,10 +134,21 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   }
   const batches::BatchPlan* plan = options.batches ? &made.plan : nullptr;
   const atlas::Layout* layout = options.lightmaps ? &made.places.layout : nullptr;
+  const auto warn_if_plain = [&](bool compressed) {
+    if (options.compression == Compression::kAsInput || options.compression == Compression::kNone ||
+        compressed)
+      return;
+    report["warnings"].push_back(
+        "nothing is compressed: the scene has no geometry that this compression can hold (indexed "
+        "triangles, without morph targets; for Draco without joints, too)");
+  };
+  bool compressed = false;
   if (options.carrier != Carrier::kPortable) {
-    LB_ASSIGN_OR_RETURN(const Bytes glb,
-                        scene_out::write_scene(p.document, *p.scene, plan, layout,
-                                               options.lightmaps ? &images : nullptr, write));
+    LB_ASSIGN_OR_RETURN(
+        const Bytes glb,
+        scene_out::write_scene(p.document, *p.scene, plan, layout,
+                               options.lightmaps ? &images : nullptr, write, &compressed));
+    warn_if_plain(compressed);
     LB_RETURN_IF_ERROR(artifacts.add("scene.glb", glb));
   }
   if (options.carrier == Carrier::kLightmap) return {};
@@ -152,8 +163,9 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   write.emission = [&](std::uint32_t triangle, float u, float v) {
     return p.optics->emission(triangle, u, v);
   };
-  LB_ASSIGN_OR_RETURN(const Bytes glb,
-                      scene_out::write_scene(p.document, *p.scene, plan, nullptr, nullptr, write));
+  LB_ASSIGN_OR_RETURN(const Bytes glb, scene_out::write_scene(p.document, *p.scene, plan, nullptr,
+                                                              nullptr, write, &compressed));
+  warn_if_plain(compressed);
   return artifacts.add(options.carrier == Carrier::kPortable ? "scene.glb" : "scene_portable.glb",
                        glb);
 }
@@ -268,7 +280,7 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
   if (!options.lightmaps) p.tree = hierarchy::Hierarchy();  // done with, and large
   clock.start("write");
   progress.report("write", 0);
-  LB_RETURN_IF_ERROR(write_scenes(options, p, made, artifacts));
+  LB_RETURN_IF_ERROR(write_scenes(options, p, made, report, artifacts));
   for (std::size_t i = 0; i < made.finished.pages.size(); ++i) {
     LB_ASSIGN_OR_RETURN(const Bytes exr, lightmap::encode_exr(made.finished.pages[i]));
     LB_RETURN_IF_ERROR(artifacts.add("lightmap_" + std::to_string(i) + ".exr", exr));

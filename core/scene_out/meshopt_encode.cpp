@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 #include <vector>
 
 #include "core/scene_out/json_access.h"
@@ -66,7 +67,7 @@ Bytes encode_indices(const std::byte* data, std::size_t count, std::size_t size)
 
 Bytes compress_views(Json& root, const Json& before, Bytes binary) {
   if (!root.contains("accessors") || !root.contains("bufferViews")) return binary;
-  if (!find_pins(before).views.empty()) return binary;
+  const std::set<std::uint32_t> pinned = find_pins(before).views;
   const std::vector<std::size_t> sizes = index_sizes(root);
   Bytes packed;
   std::uint64_t plain = 0;  // bytes of the buffer that exists after decoding only
@@ -75,7 +76,7 @@ Bytes compress_views(Json& root, const Json& before, Bytes binary) {
     Json& view = views[v];
     const std::uint64_t offset = number_at(view, "byteOffset");
     const std::uint64_t length = number_at(view, "byteLength");
-    const std::uint64_t target = number_at(view, "target");
+    const std::uint64_t target = pinned.contains(v) ? 0 : number_at(view, "target");
     const std::byte* data = binary.data() + offset;
     Bytes encoded;
     std::size_t stride = 0;

@@ -12,7 +12,8 @@
 namespace lightbatch::scene_out {
 namespace {
 
-// Extensions that hold no number of an accessor or view, whatever else they hold.
+// Extensions that hold no number of an accessor or view but under "bufferView" (sounds, profiles of
+// lamps), whatever else they hold.
 constexpr std::array<std::string_view, 12> kNoData{
     "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture", "KHR_lights_", "KHR_node_",
     "KHR_xmp",        "OMI_",         "MOZ_",         "MSFT_lod",     "EXT_lights_", "KHR_audio"};
@@ -28,8 +29,8 @@ void visit_values(Json* object, const std::function<void(Json&)>& visit) {
 
 struct Pending {
   const Json* json;
-  int kind;  // 0: outside extensions; 1: inside one that holds no data; 2: inside an unknown one
-  bool mesh_key;
+  int kind;  // 0: outside extensions; 1: inside one of kNoData; 2: inside an unknown one
+  bool mesh_key = false, view_key = false;
 };
 
 void pin_pointer(std::string_view text, Pins& pins) {
@@ -80,22 +81,23 @@ Pins find_pins(const Json& root) {
     return std::any_of(prefixes.begin(), prefixes.end(),
                        [&](std::string_view p) { return name.starts_with(p); });
   };
-  std::vector<Pending> stack{{&root, 0, false}};
+  std::vector<Pending> stack{{&root, 0}};
   while (!stack.empty()) {
-    const auto [json, kind, mesh_key] = stack.back();
+    const auto [json, kind, mesh_key, view_key] = stack.back();
     stack.pop_back();
     if (json->is_array()) {
-      for (const Json& value : *json) stack.push_back({&value, kind, mesh_key});
+      for (const Json& value : *json) stack.push_back({&value, kind, mesh_key, view_key});
     } else if (json->is_object()) {
       for (const auto& [key, value] : json->items()) {
         if (key == "extras") continue;
         if (key == "extensions" && value.is_object()) {
           for (const auto& [name, content] : value.items())
             if (!starts_with_any(name, kFollowed))
-              stack.push_back({&content, starts_with_any(name, kNoData) ? 1 : 2, false});
+              stack.push_back({&content, starts_with_any(name, kNoData) ? 1 : 2});
           continue;
         }
-        stack.push_back({&value, kind, mesh_key || key.find("mesh") != std::string::npos});
+        stack.push_back(
+            {&value, kind, mesh_key || key.find("mesh") != std::string::npos, key == "bufferView"});
       }
     } else if (kind == 2 && json->is_string()) {
       pin_pointer(json->get_ref<const std::string&>(), pins);
@@ -104,10 +106,8 @@ Pins find_pins(const Json& root) {
       if (number < 0 || number >= std::int64_t{kNone}) continue;
       const auto index = static_cast<std::uint32_t>(number);
       if (mesh_key || kind == 2) pins.meshes.insert(index);
-      if (kind == 2) {
-        pins.accessors.insert(index);
-        pins.views.insert(index);
-      }
+      if (kind == 2) pins.accessors.insert(index);
+      if (kind == 2 || view_key) pins.views.insert(index);
     }
   }
   return pins;

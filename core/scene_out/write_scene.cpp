@@ -96,11 +96,21 @@ bool any_instancing(const Json& root) {
   return false;
 }
 
+/// Whether meshes need a decoder; decoded documents say so no more.
+bool is_compressed(const Json& root) {
+  const Json* required = member(root, "extensionsRequired");
+  return required != nullptr &&
+         std::any_of(required->begin(), required->end(), [](const Json& name) {
+           return name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression";
+         });
+}
+
 }  // namespace
 
 Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& scene,
                           const batches::BatchPlan* plan, const atlas::Layout* layout,
-                          const LightmapImages* images, const WriteOptions& options) {
+                          const LightmapImages* images, const WriteOptions& options,
+                          bool* compressed) {
   LB_CHECK((layout == nullptr) == (images == nullptr), "an atlas comes with its pages");
   Writer w(document, scene, layout, options);
   const std::uint32_t named = index_at(w.root, "scene");
@@ -156,8 +166,9 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   if (options.compression == Compression::kMeshopt)
     binary = compress_views(w.root, document.json, std::move(binary));
   if (options.compression == Compression::kDraco) {
-    LB_ASSIGN_OR_RETURN(binary, compress_draco(w.root, document.json, std::move(binary)));
+    LB_ASSIGN_OR_RETURN(binary, compress_draco(w.root, std::move(binary)));
   }
+  if (compressed != nullptr) *compressed = is_compressed(w.root);
   return gltf::write_glb(std::move(w.root), binary);
 }
 

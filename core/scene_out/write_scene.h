@@ -62,9 +62,11 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
 /// The reorganised scene as one .glb. Portable: the plan was made with page 0 for lit triangles and
 /// kNone for others; layout and images are null. plan: the batches, or null to keep every object in
 /// its node. layout and images: lightmaps, or both null. Everything that is not understood is kept.
+/// compressed: set to whether the asked compression found anything that it can hold.
 /// Deterministic bytes. INPUT_OVER_BUDGET beyond what a .glb can hold.
 Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& scene,
                           const batches::BatchPlan* plan, const atlas::Layout* layout,
-                          const LightmapImages* images, const WriteOptions& options);
+                          const LightmapImages* images, const WriteOptions& options,
+                          bool* compressed = nullptr);
 
 }  // namespace lightbatch::scene_out

@@ -136,6 +136,21 @@ class CommandLine(programs.WithFolder):
         self.assertIn("office.glb", table.stdout)
         self.assertEqual(lightbatch("views", office, self.path("none.glb"), "-q").returncode, 2)
 
+    def test_a_compression_that_holds_nothing_is_told(self):
+        document, binary = programs.room_document()
+        self.write("room.glb", programs.glb(document, binary))
+        for mesh in document["meshes"]:
+            for primitive in mesh["primitives"]:
+                primitive["mode"] = 0
+        self.write("points.glb", programs.glb(document, binary))
+        for scene, told in (("room.glb", False), ("points.glb", True)):
+            done = lightbatch("bake", self.path(scene), "-o", self.path("out"), "--no-lightmaps",
+                              "--compress", "draco")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(self.path("out", "report.json")) as file:
+                warnings = json.load(file)["warnings"]
+            self.assertEqual(any("nothing is compressed" in w for w in warnings), told, warnings)
+
     def test_cameras(self):
         office = self.path("office.glb")
         lightbatch("scene", "office", "--triangles", "20000", "-o", office)

@@ -80,5 +80,49 @@ TEST(Pack, UnknownExtensionsPinWhatTheyMayMean) {
   EXPECT_EQ(positions.data, before.data);
 }
 
+/// Sounds and profiles of lamps lie in views; so may what nobody understands.
+TEST(Pack, ViewsOfExtensionsKeepTheirNumbersAndGeometryIsCompressed) {
+  FileBuilder file;
+  for (int i = 0; i < 30; ++i)
+    file.node({{"mesh", file.mesh({file.cube()})}, {"translation", {2 * i, 0, 0}}});
+  const auto view_of = [&](const std::string& text) {
+    const std::uint32_t a =
+        file.accessor(std::vector<char>(text.begin(), text.end()), 5120, "SCALAR");
+    file.json["accessors"].erase(a);
+    return file.json["bufferViews"].size() - 1;
+  };
+  const std::string sound = "a sound, as it is", profile = "IESNA:LM-63-1995", table = "a b c d";
+  file.json["extensions"]["KHR_audio_emitter"] = {
+      {"audio", {{{"bufferView", view_of(sound)}, {"mimeType", "audio/mpeg"}}}}};
+  file.json["extensions"]["EXT_lights_ies"] = {
+      {"lights", {{{"bufferView", view_of(profile)}, {"mimeType", "application/x-ies-lm-63"}}}}};
+  file.json["extensions"]["VENDOR_table"] = {{"values", view_of(table)}};
+  file.json["extensionsUsed"] = {"EXT_lights_ies", "KHR_audio_emitter", "VENDOR_table"};
+  const auto in = load(file.glb());
+  WriteOptions options;
+  std::vector<std::size_t> sizes;
+  for (const Compression compression :
+       {Compression::kPlain, Compression::kMeshopt, Compression::kDraco}) {
+    options.compression = compression;
+    const Bytes glb = write(in, true, nullptr, {}, options).glb;
+    sizes.push_back(glb.size());
+    const auto out = testing::read(glb);
+    EXPECT_EQ(out.json["extensions"], file.json["extensions"]);
+    const Json& extensions = out.json["extensions"];
+    for (const auto& [text, number] :
+         {std::pair{sound, extensions["KHR_audio_emitter"]["audio"][0]["bufferView"]},
+          {profile, extensions["EXT_lights_ies"]["lights"][0]["bufferView"]},
+          {table, extensions["VENDOR_table"]["values"]}}) {
+      ASSERT_LT(number.get<std::size_t>(), out.json["bufferViews"].size());
+      const Json& view = out.json["bufferViews"][number.get<std::size_t>()];
+      const Bytes& buffer = out.buffers[view["buffer"].get<std::size_t>()];
+      const auto* at = reinterpret_cast<const char*>(buffer.data()) + view.value("byteOffset", 0);
+      EXPECT_EQ(std::string(at, view["byteLength"].get<std::size_t>()), text);
+    }
+  }
+  EXPECT_LT(sizes[1], sizes[0]);
+  EXPECT_LT(sizes[2], sizes[0]);
+}
+
 }  // namespace
 }  // namespace lightbatch::scene_out
