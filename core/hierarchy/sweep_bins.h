@@ -7,8 +7,8 @@
 // of most primitives is put off until it fits the caches.
 
 /// A node by its records, and where its subtree goes.
-struct alignas(32) Part {
-  V8f range;  // a box that holds all its boxes
+struct Part {
+  Record range;  // a box that holds all its boxes
   std::uint32_t begin = 0;
   std::uint32_t count = 0;
   std::uint32_t place = 0;
@@ -69,8 +69,7 @@ class BinSplit {
   /// order is that of the ids.
   bool place_bins() {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float low = part_->range[axis] + part_->range[axis],
-                  high = -part_->range[axis + 4] - part_->range[axis + 4];
+      const float low = 2 * part_->range.lower[axis], high = -2 * part_->range.negated_upper[axis];
       const float extent = high - low;
       if (!(extent < std::numeric_limits<float>::infinity())) return false;
       flat_[axis] = extent == 0;
@@ -215,10 +214,10 @@ class BinSplit {
     while (blocks.starts[b + 1] <= best.position) ++b;
     write_box(memory_.nodes[part.place], load_box(&blocks.suffix[0]), part.begin, part.count);
     children = {part, part};
-    children[0].range = load_box(&blocks.prefix[b + (best.position == blocks.starts[b] ? 0 : 1)]);
+    children[0].range = blocks.prefix[b + (best.position == blocks.starts[b] ? 0 : 1)];
     children[0].count = best.position;
     children[0].place = part.place + 1;
-    children[1].range = load_box(&blocks.suffix[b]);
+    children[1].range = blocks.suffix[b];
     children[1].begin += best.position;
     children[1].count -= best.position;
     children[1].place = part.place + 2 * best.position;

@@ -109,7 +109,7 @@ class Sweep {
   }
 
   /// Returns the box of all.
-  V8f make_records() {
+  Record make_records() {
     constexpr std::size_t kGrain = 16384;
     std::vector<Record> chunks((boxes_.size() + kGrain - 1) / kGrain);
     parallel_for(boxes_.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -123,7 +123,9 @@ class Sweep {
     });
     V8f box = empty_box();
     for (const Record& chunk : chunks) box = unite(load_box(&chunk), box);
-    return box;
+    Record result;
+    store_box(&result, box);
+    return result;
   }
 
   std::span<const Aabb> boxes_;
