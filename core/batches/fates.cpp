@@ -14,8 +14,6 @@ namespace {
 constexpr double kBytesOfDraw = 16384, kBytesOfLitDraw = 65536;
 /// Meshes so near in their bytes for each draw are copied together.
 constexpr double kNear = 1.1;
-/// Growth that is allowed whatever it brings.
-constexpr double kLittleGrowth = 0.25;
 
 /// All placements of one mesh: the objects of one node (and GPU instance) each. With lightmaps, of
 /// one primitive of a mesh: nothing keeps its primitives together then.

@@ -26,6 +26,9 @@ struct Fates {
   double copied_bytes = 0;
   double next_bytes_of_draw = 0;  // that would copy more; 0: nothing would
 };
+/// Growth that is allowed whatever it brings.
+inline constexpr double kLittleGrowth = 0.25;
+
 /// What copies of shared meshes may take.
 struct CopyLimits {
   double growth = 1;         // of all bytes

@@ -104,9 +104,34 @@ Attempt approach(const Subject& subject, const Problem& problem, const BatchPlan
 /// Copies may add this much before it is known that a file of many draws needs more. With lightmaps
 /// every placement has bytes of its own anyway.
 CopyLimits first_limits(const BatchOptions& options) {
-  constexpr double kLittleGrowth = 1.25;
   const bool lit = !options.page_of_triangle.empty();
-  return {lit ? options.max_growth : std::min(options.max_growth, kLittleGrowth), 0};
+  return {lit ? options.max_growth : std::min(options.max_growth, 1 + kLittleGrowth), 0};
+}
+
+/// No more copies than the goal needs: halves the way between what met it and what may not have.
+void save_copies(const Subject& subject, const BatchPlan& empty, const Goal& goal, double limit,
+                 double bytes_of_draw, std::unique_ptr<Problem>& problem, Attempt& best) {
+  constexpr int kTries = 2;
+  constexpr double kMostSaved = 4;
+  const auto growth_of = [](const Problem& p) {
+    return 1 + p.fates().copied_bytes / std::max(p.fates().geometry_bytes, 1.0);
+  };
+  double low = std::max(1 + kLittleGrowth, growth_of(*problem) / kMostSaved);
+  for (int i = 0; i < kTries; ++i) {
+    const double high = growth_of(*problem);
+    if (low >= high) return;
+    const double middle = std::sqrt(low * high);
+    auto fewer = std::make_unique<Problem>(
+        subject,
+        decide_fates(subject.scene, subject.options, subject.keys, {middle, bytes_of_draw}));
+    Attempt attempt = approach(subject, *fewer, empty, goal, limit);
+    if (attempt.distance.met()) {
+      best = std::move(attempt);
+      problem = std::move(fewer);
+    } else {
+      low = middle;
+    }
+  }
 }
 
 void add_curve(const Problem& problem, BatchPlan& result) {
@@ -173,6 +198,9 @@ Result<BatchPlan> plan(const scene::Scene& scene, const hierarchy::Hierarchy& tr
       best = std::move(attempt);
       problem = std::move(copied);
     }
+    const bool lit = !options.page_of_triangle.empty();
+    if (!lit && best.distance.met())
+      save_copies(subject, empty, goal, limit, limits.bytes_of_draw, problem, best);
     result = std::move(best.plan);
   } else {
     problem->fill(subject.prices, result);

@@ -60,5 +60,31 @@ TEST(DrawsShare, MoreIsCopiedWhereInstancesCannotReachTheShareOfDraws) {
   EXPECT_LE(mean(reached).triangles, 2 * views.ideal_inside);
 }
 
+TEST(DrawsShare, NoMoreIsCopiedThanTheShareNeeds) {
+  // 10 meshes in 80 places all over, and two larger ones side by side, which instances draw as
+  // well.
+  constexpr std::uint32_t kPlaces = 80;
+  SceneBuilder builder;
+  const auto add = [&](std::uint32_t at, std::uint32_t mesh, int cells) {
+    const auto x = static_cast<float>(at % 32), z = static_cast<float>(at / 32);
+    builder.add_box({2 * x, 0, 2 * z}, {2 * x + 1, 0.3f, 2 * z + 1}, 0, mesh, cells);
+  };
+  for (std::uint32_t i = 0; i < 10 * kPlaces; ++i) add(i, 1 + i * 7 % 60, 2);
+  for (std::uint32_t i = 0; i < 2 * kPlaces; ++i) add(10 * kPlaces + i, 61 + i / kPlaces, 6);
+  const auto scene = builder.take();
+  BatchOptions options;
+  options.max_growth = 2 * kPlaces;
+  const BatchPlan plan = plan_of(scene, options);
+  expect_complete(scene, plan);
+  options.draws_share = 1e-6;
+  const double all_copies = plan_of(scene, options).copied_bytes;
+  EXPECT_GT(plan.copied_bytes, 0);
+  EXPECT_LT(plan.copied_bytes, 0.5 * all_copies);
+  const ViewSet views = make_view_set(scene, hierarchy_of(scene), Viewpoints(scene, {}));
+  const ViewFigures inside = measure_draws(views, draws_of_plan(scene, plan)).inside;
+  EXPECT_LE(inside.draws, 0.1 * measure_draws(views, draws_of_input(scene)).inside.draws);
+  EXPECT_LE(inside.triangles, 2 * views.ideal_inside);
+}
+
 }  // namespace
 }  // namespace lightbatch::batches
