@@ -120,8 +120,10 @@ CornerCopier::CornerCopier(const CornerPlan& plan, const SourcePrimitive& source
 void CornerCopier::push_direction(const AttributeType& type, const Vec3d& direction,
                                   Bytes& out) const {
   const bool normal = type.name == "NORMAL";
-  const Vec3d turned =
-      normalized(normal ? to_frame_.normal(direction) : to_frame_.vector(direction));
+  Vec3d turned = normalized(normal ? to_frame_.normal(direction) : to_frame_.vector(direction));
+  // Integers are as long as they came to be by rounding: so they are not rounded again where the
+  // turn asks for none.
+  if (type.component_type != 5126) turned = turned * length(direction);
   for (std::size_t c = 0; c < 3; ++c) push_component(type, turned[c], out);
 }
 
