@@ -117,12 +117,13 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   const std::uint32_t scene_index = named == kNone ? 0 : named;
   Json about = Json::object();
   about["version"] = 1;
+  std::vector<std::uint32_t> earlier_pages;
   if (images != nullptr) {
     LB_CHECK(images->png.size() == layout->pages.size() &&
                  images->intensity.size() == images->png.size(),
              "one picture and one intensity for each page");
     about["carrier"] = "lightmap";
-    rename_earlier_pages(w.root, scene_index);
+    earlier_pages = rename_earlier_pages(w.root, scene_index);
     if (!images->png.empty()) about[kPageImages] = add_pages(w, *images);
   }
   if (w.portable()) {
@@ -147,6 +148,7 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   const Clones clones =
       settle_materials(w.root, count_of(document.json, "materials"), w.materials.clones());
   animate_clones(w.root, clones);
+  empty_earlier_pages(w, earlier_pages);
   if (scene_index < count_of(w.root, "scenes")) {
     if (images != nullptr)
       if (Json emitters = clones_of_emitters(w.root, clones); !emitters.empty())

@@ -233,6 +233,13 @@ TEST(Lightmap, AnEarlierRunIsNotTakenForThisOne) {
                                                {"lightmap_1", 1}}));
   const Json& pages = out["scenes"][0]["extras"]["lightbatch"]["page_images"];
   EXPECT_EQ(out["images"][pages[0].get<std::size_t>()]["name"], "lightmap_0");
+  // Nothing shows the earlier pages: one texel stands for all.
+  std::set<std::uint32_t> earlier;
+  for (const Json& image : out["images"])
+    if (image["name"].get<std::string>().starts_with("earlier_"))
+      earlier.insert(image["bufferView"].get<std::uint32_t>());
+  ASSERT_EQ(earlier.size(), 1u);
+  EXPECT_LT(out["bufferViews"][*earlier.begin()]["byteLength"].get<int>(), 100);
   std::set<std::string> batches;
   for (const Json& node : out["nodes"]) {
     const std::string name = node.value("name", "");
