@@ -50,7 +50,9 @@ class Worker {
     constexpr std::size_t kPage = 4096 / sizeof(Record), kStagger = 26;
     constexpr std::size_t kHugePages = (std::size_t{4} << 20) / sizeof(Record);
     const std::size_t each = (part.count + kPage - 1) / kPage * kPage + kStagger;
-    LargeVector<Record> memory(std::max(kHugePages, 2 * kMargin + 6 * each));
+    // Whole huge pages, where they are taken many times.
+    const std::size_t least = tree_->primitives.size() > kSorted ? kHugePages : 0;
+    LargeVector<Record> memory(std::max(least, 2 * kMargin + 6 * each));
     SweepLists lists;
     for (std::size_t i = 0; i < 6; ++i) lists[i / 3][i % 3] = memory.data() + kMargin + i * each;
     presort({memory_.records(part), part.count}, lists[0], lists[1]);
