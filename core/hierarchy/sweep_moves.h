@@ -38,21 +38,29 @@ void distribute_two(std::array<Record*, 2> lists, std::array<Record*, 2> right_l
   Record *const a = lists[0], *const b = lists[1];
   Record *const right_a = right_lists[0], *const right_b = right_lists[1];
   const V8f past_a = load_box(right_a + right_count), past_b = load_box(right_b + right_count);
-  std::size_t left_a = 0, left_b = 0;
-  for (std::size_t k = 0; k < count; ++k) {
-    const float key_a = a[k].key(axis), key_b = b[k].key(axis);
+  // In bytes.
+  const auto from_a = reinterpret_cast<std::uintptr_t>(a),
+             from_b = reinterpret_cast<std::uintptr_t>(b);
+  const auto to_a = reinterpret_cast<std::uintptr_t>(right_a),
+             to_b = reinterpret_cast<std::uintptr_t>(right_b);
+  std::uintptr_t left_a = 0, left_b = 0;
+  const auto record_at = [](std::uintptr_t place)
+                             LB_LAMBDA_INLINE { return reinterpret_cast<Record*>(place); };
+  for (std::uintptr_t at = 0; at < count * sizeof(Record); at += sizeof(Record)) {
+    const Record &one = *record_at(from_a + at), &other = *record_at(from_b + at);
+    const float key_a = one.key(axis), key_b = other.key(axis);
     bool is_left_a = key_a < limit, is_left_b = key_b < limit;
     if constexpr (kTies) {
-      is_left_a |= (key_a == limit) & (a[k].tagged_id < edge.tagged_id);
-      is_left_b |= (key_b == limit) & (b[k].tagged_id < edge.tagged_id);
+      is_left_a |= (key_a == limit) & (one.tagged_id < edge.tagged_id);
+      is_left_b |= (key_b == limit) & (other.tagged_id < edge.tagged_id);
     }
-    const V8f box_a = load_box(a + k), box_b = load_box(b + k);
-    store_box(a + left_a, box_a);
-    store_box(right_a + (k - left_a), box_a);
-    store_box(b + left_b, box_b);
-    store_box(right_b + (k - left_b), box_b);
-    left_a += is_left_a ? 1 : 0;
-    left_b += is_left_b ? 1 : 0;
+    const V8f box_a = load_box(&one), box_b = load_box(&other);
+    store_box(record_at(from_a + left_a), box_a);
+    store_box(record_at(to_a + at - left_a), box_a);
+    store_box(record_at(from_b + left_b), box_b);
+    store_box(record_at(to_b + at - left_b), box_b);
+    left_a += std::uintptr_t{is_left_a} * sizeof(Record);
+    left_b += std::uintptr_t{is_left_b} * sizeof(Record);
   }
   store_box(right_a + right_count, past_a);
   store_box(right_b + right_count, past_b);
