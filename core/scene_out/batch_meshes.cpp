@@ -63,7 +63,8 @@ Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& grou
   }
   const scene::Object& first = w.scene.objects[group.pieces.front().object];
   LB_ASSIGN_OR_RETURN(const SourcePrimitive* source, w.sources.get(first.mesh, first.primitive));
-  if (group.coloured) look.material = w.materials.coloured(look.material);
+  const bool coloured = group.coloured && colours_differ(w, group.pieces);
+  if (coloured) look.material = w.materials.coloured(look.material);
   std::uint32_t moved = kNone;
   if (lit) {
     for_each_material(look, [&](std::uint32_t material) {
@@ -75,7 +76,7 @@ Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& grou
   }
   const CornerPlan plan = plan_corners(source->types, lit, moved);
   LB_ASSIGN_OR_RETURN(Gathered corners, gather(w, group.pieces, plan, &frame, lit));
-  if (group.coloured) corners.streams.push_back(colour_stream(w, corners.rows_of_piece));
+  if (coloured) corners.streams.push_back(colour_stream(w, corners.rows_of_piece));
   return build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices,
                       std::move(corners.row_of));
 }

@@ -22,8 +22,7 @@ constexpr std::array<std::string_view, 12> kPlain{
 bool may_share(const Json& material) {
   if (material.contains("extras")) return false;
   if (const Json* pbr = member(material, "pbrMetallicRoughness"))
-    if (pbr->contains("baseColorTexture") || pbr->contains("extensions") || pbr->contains("extras"))
-      return false;
+    if (pbr->contains("extensions") || pbr->contains("extras")) return false;
   if (const Json* extensions = member(material, "extensions"))
     for (const auto& [name, value] : extensions->items())
       if (std::find(kPlain.begin(), kPlain.end(), name) == kPlain.end()) return false;
@@ -59,11 +58,21 @@ std::vector<std::uint32_t> material_classes(const Json& root, const scene::Scene
     if (baked && is_emissive(root.at("materials").at(index))) continue;
     Json rest = root.at("materials").at(index);
     rest.erase("name");
-    if (Json* pbr = member(rest, "pbrMetallicRoughness")) pbr->erase("baseColorFactor");
+    if (Json* pbr = member(rest, "pbrMetallicRoughness"))
+      if (!pbr->contains("baseColorTexture")) pbr->erase("baseColorFactor");
     rest["alpha"] = factor_of(root, index)[3];
     classes[m] = known.try_emplace(rest.dump(), m).first->second;
   }
   return classes;
+}
+
+bool colours_differ(const Writer& w, std::span<const batches::Piece> pieces) {
+  const auto factor = [&](const batches::Piece& piece) {
+    return factor_of(w.document.json, w.gltf_material(w.scene.objects[piece.object].material));
+  };
+  return std::any_of(pieces.begin(), pieces.end(), [&](const batches::Piece& piece) {
+    return factor(piece) != factor(pieces.front());
+  });
 }
 
 CornerStream colour_stream(const Writer& w, std::span<const IndexRange> ranges) {

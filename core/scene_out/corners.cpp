@@ -34,6 +34,14 @@ bool is_direction(const AttributeType& type) {
           type.component_type == 5122);
 }
 
+/// Of a normalised component; 0 for floats.
+double largest_value(const AttributeType& type) {
+  return type.component_type == 5120 ? 127 : type.component_type == 5122 ? 32767 : 0;
+}
+
+/// So near to an integer, a turn by right angles led there.
+constexpr double kWhole = 1e-3;
+
 /// Between two numbers of features or joints lies no third.
 bool is_number_of_something(const AttributeType& type) {
   if (type.name.starts_with("_FEATURE_ID_") || type.name.starts_with("JOINTS_")) return true;
@@ -120,10 +128,20 @@ CornerCopier::CornerCopier(const CornerPlan& plan, const SourcePrimitive& source
 void CornerCopier::push_direction(const AttributeType& type, const Vec3d& direction,
                                   Bytes& out) const {
   const bool normal = type.name == "NORMAL";
-  Vec3d turned = normalized(normal ? to_frame_.normal(direction) : to_frame_.vector(direction));
-  // Integers are as long as they came to be by rounding: so they are not rounded again where the
-  // turn asks for none.
-  if (type.component_type != 5126) turned = turned * length(direction);
+  const Vec3d turned =
+      normalized(normal ? to_frame_.normal(direction) : to_frame_.vector(direction));
+  // Integers are as long as rounding left them. Where the turn leads to integers again, they are
+  // not rounded a second time.
+  if (const double most = largest_value(type); most > 0) {
+    const Vec3d as_long = turned * (length(direction) * most);
+    bool whole = true;
+    for (std::size_t c = 0; c < 3; ++c)
+      whole = whole && std::abs(as_long[c] - std::round(as_long[c])) < kWhole;
+    if (whole) {
+      for (std::size_t c = 0; c < 3; ++c) push_component(type, as_long[c] / most, out);
+      return;
+    }
+  }
   for (std::size_t c = 0; c < 3; ++c) push_component(type, turned[c], out);
 }
 

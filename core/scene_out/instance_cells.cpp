@@ -58,9 +58,10 @@ Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePa
   }
   const CornerPlan plan = plan_corners(front->types, false, kNone);
   LB_ASSIGN_OR_RETURN(Gathered corners, gather(w_, part.pieces, plan, nullptr, false));
-  if (part.coloured) corners.streams.push_back(colour_stream(w_, corners.rows_of_piece));
+  const bool coloured = part.coloured && colours_differ(w_, part.pieces);
+  if (coloured) corners.streams.push_back(colour_stream(w_, corners.rows_of_piece));
   std::uint32_t material = w_.gltf_material(part.material);
-  if (part.coloured) material = w_.materials.coloured(material);
+  if (coloured) material = w_.materials.coloured(material);
   Json primitives = Json::array(), about = Json::array();
   for (const MeshData& mesh : build_meshes(std::move(corners.streams), std::move(corners.ranges),
                                            max_vertices, std::move(corners.row_of))) {

@@ -1,0 +1,62 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "tests/unit/scene_out/files.h"
+
+namespace lightbatch::scene_out {
+namespace {
+
+using testing::FileBuilder;
+using testing::Json;
+using testing::load;
+using testing::write;
+
+/// Moved, scaled evenly, turned by right angles: byte normals stay what they are.
+TEST(Normals, BytesOfNormalsAreRoundedOnce) {
+  using Bytes3 = std::array<int, 3>;
+  const std::vector<Bytes3> directions{{117, 50, 10}, {20, -52, 115}, {-90, 90, 1}, {0, 127, 0}};
+  const double half = std::sqrt(0.5);
+  for (const Json& turn : {Json{{"translation", {3, 4, 5}}}, Json{{"scale", {2.5, 2.5, 2.5}}},
+                           Json{{"rotation", {0, half, 0, half}}}}) {
+    FileBuilder file;
+    for (int i = 0; i < 2; ++i) {
+      Json cube = file.cube();
+      std::vector<std::int8_t> normals;
+      for (std::size_t v = 0; v < 24; ++v) {
+        for (const int c : directions[v % 4]) normals.push_back(static_cast<std::int8_t>(c));
+        normals.push_back(0);
+      }
+      const std::uint32_t a = file.accessor(normals, 5120, "VEC4", true);
+      file.json["accessors"][a]["type"] = "VEC3";
+      file.json["bufferViews"].back()["byteStride"] = 4;
+      cube["attributes"]["NORMAL"] = a;
+      Json node = turn;
+      node["mesh"] = file.mesh({cube});
+      if (i == 1) node["translation"] = {9, 0, 0};
+      file.node(node);
+    }
+    file.json["extensionsUsed"] = file.json["extensionsRequired"] = {"KHR_mesh_quantization"};
+    std::set<Bytes3> expected;
+    for (const Bytes3& d : directions)
+      expected.insert(turn.contains("rotation") ? Bytes3{d[2], d[1], -d[0]} : d);
+    const auto out = testing::read(write(load(file.glb()), true).glb);
+    for (const Json& mesh : out.json["meshes"]) {
+      const std::uint32_t accessor = mesh["primitives"][0]["attributes"]["NORMAL"];
+      ASSERT_EQ(out.json["accessors"][accessor]["componentType"], 5120);
+      const Bytes packed = *gltf::read_packed(out, accessor);
+      std::set<Bytes3> found;
+      for (std::size_t i = 0; i + 3 <= packed.size(); i += 3) {
+        Bytes3 normal{};
+        for (std::size_t c = 0; c < 3; ++c) normal[c] = static_cast<std::int8_t>(packed[i + c]);
+        found.insert(normal);
+      }
+      EXPECT_EQ(found, expected) << turn;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightbatch::scene_out
