@@ -269,9 +269,9 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
     progress.report("batches", 0);
     const batches::ViewSet views = batches::make_view_set(*p.scene, p.tree, viewpoints);
     LB_RETURN_IF_ERROR(plan_batches(options, p, viewpoints, views, made, progress));
-    report["batches"] =
-        report_batches(*p.scene, made.plan, batches::measure_views(*p.scene, views, made.plan),
-                       viewpoints.profile().name);
+    report["batches"] = report_batches(p.document, *p.scene, made.plan,
+                                       batches::measure_views(*p.scene, views, made.plan),
+                                       viewpoints.profile().name);
     if (options.pvs) {
       LB_ASSIGN_OR_RETURN(report["pvs"], write_visible_sets(options, p, viewpoints, made.plan,
                                                             artifacts, clock, progress));

@@ -238,8 +238,9 @@ Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& 
           {"pages", pages}};
 }
 
-Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
-                    const batches::ViewsReport& views, const std::string& profile) {
+Json report_batches(const gltf::Document& document, const scene::Scene& scene,
+                    const batches::BatchPlan& plan, const batches::ViewsReport& views,
+                    const std::string& profile) {
   const auto figures = [](const batches::ViewsFigures& f) -> Json {
     return {{"draws", f.inside.draws},
             {"triangles", f.inside.triangles},
@@ -271,7 +272,9 @@ Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
     left.push_back({{"name", scene.objects[l.object].name}, {"reason", l.reason}});
   }
   for (const scene::Skipped& s : scene.skipped) {
-    left.push_back({{"name", "node " + std::to_string(s.node)}, {"reason", s.reason}});
+    const Json& node = document.json["nodes"][s.node];
+    const std::string number = "node " + std::to_string(s.node);
+    left.push_back({{"name", node.value("name", number)}, {"reason", s.reason}});
   }
   return {{"count", plan.batches.size()},
           {"instance_cells", plan.cells.size()},

@@ -26,8 +26,9 @@ Json report_hierarchy(const hierarchy::Statistics& statistics, double build_seco
 Json report_radiosity(const LightBake& bake);
 Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& counts,
                       const std::vector<lightmap::EncodedPage>& pages);
-Json report_batches(const scene::Scene& scene, const batches::BatchPlan& plan,
-                    const batches::ViewsReport& views, const std::string& profile);
+Json report_batches(const gltf::Document& document, const scene::Scene& scene,
+                    const batches::BatchPlan& plan, const batches::ViewsReport& views,
+                    const std::string& profile);
 /// Section "expected": what the pilot foretells of the chosen settings.
 Json report_expected(const Tuned& tuned);
 Json report_quote(const std::vector<Price>& prices);

@@ -1,5 +1,6 @@
 // What views of files submit to a renderer that culls by boxes: the same views for every file.
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -34,6 +35,9 @@ Result<Json> measure_file(const JobInput& input, const std::string& file,
     item.box.upper += shift;
   }
   const batches::ViewsFigures f = batches::measure_draws(views, draws);
+  const auto drawn_besides = std::count_if(
+      scene.skipped.begin(), scene.skipped.end(),
+      [](const scene::Skipped& s) { return s.primitive != scene::kNone && s.reason != "hidden"; });
   // Further files lie in numbered folders: "1/scene.glb".
   const std::filesystem::path path = file;
   const auto name =
@@ -43,6 +47,7 @@ Result<Json> measure_file(const JobInput& input, const std::string& file,
               {"all_draws", draws.size()},
               {"all_triangles", scene.triangles.size()},
               {"passed_through", scene.skipped.size()},
+              {"draws_not_counted", drawn_besides},
               {"inside", figures_json(f.inside, views.ideal_inside)},
               {"outside", figures_json(f.outside, views.ideal_outside)}};
 }
@@ -70,7 +75,15 @@ std::string table_of(const Json& report) {
                 "triangles not wholly outside the frustum\n",
                 report["views"].value("inside", 0.0), report["views"].value("outside", 0.0),
                 report.value("profile", "").c_str());
-  return text + line;
+  text += line;
+  for (const Json& f : report["files"]) {
+    if (f.value("draws_not_counted", 0) == 0) continue;
+    std::snprintf(line, sizeof line,
+                  "%.200s: %d more draws are not counted (lines, points, what moves)\n",
+                  f["file"].get<std::string>().c_str(), f.value("draws_not_counted", 0));
+    text += line;
+  }
+  return text;
 }
 
 /// The hardware profile that the options name.

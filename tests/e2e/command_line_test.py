@@ -151,6 +151,19 @@ class CommandLine(programs.WithFolder):
                 warnings = json.load(file)["warnings"]
             self.assertEqual(any("nothing is compressed" in w for w in warnings), told, warnings)
 
+    def test_lines_and_points_are_told(self):
+        document, binary = programs.room_document()
+        document["meshes"][1]["primitives"][0]["mode"] = 0
+        scene = self.write("room.glb", programs.glb(document, binary))
+        table = lightbatch("views", scene, "-q")
+        self.assertEqual(table.returncode, 0, table.stderr)
+        self.assertIn("room.glb: 1 more draws are not counted", table.stdout)
+        done = lightbatch("bake", scene, "-o", self.path("out"), "--no-lightmaps", "-q")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.path("out", "report.json")) as file:
+            left = json.load(file)["batches"]["left_alone"]
+        self.assertIn({"name": "lamp", "reason": "POINTS"}, left)
+
     def test_cameras(self):
         office = self.path("office.glb")
         lightbatch("scene", "office", "--triangles", "20000", "-o", office)
