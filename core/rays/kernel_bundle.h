@@ -2,10 +2,10 @@
 //
 // What to look at next is found with few branches on data: mispredicted ones take more time than
 // the tests of boxes. So with vectors of sixteen all eight boxes are tested, a lane a ray; with
-// shorter ones those that the hull of the segments meets. The triangles of leaves are tested a lane
-// a ray, or ray by ray, eight at once, whichever is less. Only what the float test leaves in doubt
-// goes to ExactTest. In large trees several bundles are under way at a time, a node each in turn:
-// what one needs next arrives meanwhile.
+// shorter ones, or in large trees, those that the hull of the segments meets. The triangles of
+// leaves are tested a lane a ray, or ray by ray, eight at once, whichever is less. Only what the
+// float test leaves in doubt goes to ExactTest. In large trees several bundles are under way at a
+// time, a node each in turn: what one needs next arrives meanwhile.
 
 /// Which of the eight boxes the hull of the segments may meet.
 LB_INLINE unsigned meets_hull(const Packet& p, const WideNode& node) {
@@ -37,8 +37,8 @@ LB_INLINE V8i meets_boxes(const Packet& p, const WideNode& node, std::size_t lan
   return near <= far;
 }
 
-/// Which of the rays `active` meet each of the eight boxes.
-LB_INLINE V8i meets(const Packet& p, const WideNode& node, unsigned active) {
+/// Which of the rays `active` meet each of the eight boxes. `all`: without asking the hull.
+LB_INLINE V8i meets(const Packet& p, const WideNode& node, unsigned active, bool all) {
   const unsigned others = active & (active - 1);
   if (std::popcount(active) <= 2) {
     const std::size_t one = lowest(active), other = others == 0 ? one : lowest(others);
@@ -58,7 +58,7 @@ LB_INLINE V8i meets(const Packet& p, const WideNode& node, unsigned active) {
     return at_most16(near, far);
   };
   std::uint64_t words[2] = {0, 0};
-  if constexpr (kAllBoxes) {
+  if (all) {
     words[0] = lanes(0) | lanes(1) << 16 | lanes(2) << 32 | lanes(3) << 48;
     words[1] = lanes(4) | lanes(5) << 16 | lanes(6) << 32 | lanes(7) << 48;
   } else {
@@ -188,8 +188,13 @@ unsigned stopped_in_grid(const WideTree& tree, std::span<const Segment> segments
 template <bool kGrids>
 class Walk {
  public:
-  Walk(const WideTree& tree, std::span<const Segment> segments)
-      : segments_(segments), packet_(tree, segments), open_(packet_.lanes), part_{0, open_} {
+  /// `all_boxes`: each is tested, without asking the hull.
+  Walk(const WideTree& tree, std::span<const Segment> segments, bool all_boxes)
+      : segments_(segments),
+        packet_(tree, segments, !all_boxes),
+        all_boxes_(all_boxes),
+        open_(packet_.lanes),
+        part_{0, open_} {
     std::fill_n(words_, kBottom, 0u);
     for (unsigned apart = packet_.apart; apart != 0; apart &= apart - 1) {
       const std::size_t i = lowest(apart);
@@ -237,7 +242,7 @@ class Walk {
   }
 
   LB_INLINE void look_at(const WideTree& tree, const WideNode& node, unsigned active) {
-    const V8i lanes = meets(packet_, node, active);
+    const V8i lanes = meets(packet_, node, active, all_boxes_);
     V8i words;
     std::memcpy(&words, node.child, sizeof words);
     const unsigned met = mask8(lanes != 0), leaves = met & mask8(words);
@@ -266,6 +271,7 @@ class Walk {
 
   std::span<const Segment> segments_;
   Packet packet_;
+  bool all_boxes_;
   unsigned open_;         // of the packet, not stopped so far
   unsigned stopped_ = 0;  // of those apart
   Part part_;             // to be looked at next
@@ -291,15 +297,15 @@ LB_INLINE void cast_bundles_in(const WideTree& tree, std::span<const Segment> se
     std::optional<Walk<kGrids>> walk;
     std::size_t bundle;
   };
+  const std::size_t most = tree.data.size() > kCached ? kAtOnce : 1;
   Place places[kAtOnce];
   std::size_t begun = 0;
   const auto begin = [&](Place& place) {
     place.bundle = begun++;
     const std::span<const Segment> rest = segments.subspan(place.bundle * kLanes);
     if (begun < stopped.size()) prefetch_bundle(rest.subspan(kLanes));
-    place.walk.emplace(tree, rest.first(std::min(kLanes, rest.size())));
+    place.walk.emplace(tree, rest.first(std::min(kLanes, rest.size())), kAllBoxes && most == 1);
   };
-  const std::size_t most = tree.data.size() > kCached ? kAtOnce : 1;
   std::size_t number = 0;
   while (number < most && begun < stopped.size()) begin(places[number++]);
   for (std::size_t left = number; left > 0;) {

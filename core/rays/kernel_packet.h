@@ -19,11 +19,11 @@ struct Packet {
   unsigned apart = 0;  // to be cast by themselves
   unsigned backward[3];
   std::size_t kx = 0, ky = 1, kz = 2;
-  // Hull, unless all boxes are tested: near = plane * slope + start, from the lower plane (0) and
+  // Hull, if asked for: near = plane * slope + start, from the lower plane (0) and
   // from the upper one (1), for three axes.
   float near_slope[2][4], near_start[2][4], far_slope[2][4], far_start[2][4];
 
-  Packet(const WideTree& tree, std::span<const Segment> segments);
+  Packet(const WideTree& tree, std::span<const Segment> segments, bool with_hull);
 
  private:
   void take(std::span<const Segment> segments);
@@ -32,11 +32,11 @@ struct Packet {
   void make_lanes(const WideTree& tree);
 };
 
-Packet::Packet(const WideTree& tree, std::span<const Segment> segments) {
+Packet::Packet(const WideTree& tree, std::span<const Segment> segments, bool with_hull) {
   take(segments);
   if (lanes == 0) return;
   choose_axis();
-  if constexpr (!kAllBoxes) make_hull(tree);
+  if (with_hull) make_hull(tree);
   make_lanes(tree);
 }
 

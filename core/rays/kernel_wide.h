@@ -2,7 +2,8 @@
 
 constexpr std::size_t kLanes = 16;
 
-/// Whether testing sixteen lanes costs less than finding out that it is not needed.
+/// Whether testing sixteen lanes costs less than finding out that it is not needed, in trees that
+/// fit the caches.
 #ifdef LB_KERNEL_AVX512
 constexpr bool kAllBoxes = true;
 #else

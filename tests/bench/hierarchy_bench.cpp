@@ -89,6 +89,12 @@ void compare_bundles(const Scene& scene, const rays::Caster& caster, const RaySe
              },
              [&] { embree.cast(set, Way::kPacket8); }, [&] { embree.cast(set, Way::kPacket16); },
              [&] { embree.cast(set, Way::kStream); }});
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < set.rays.size(); ++i) {
+    wrong += caster.occluded(set.rays[i]) == ((stopped[i / 16] >> (i % 16) & 1u) != 0) ? 0u : 1u;
+  }
+  if (wrong > 0) std::printf("bundles: %zu answers are not those of single rays\n", wrong);
+  table.add("bundles, answers unlike single rays", "0", scene.name, static_cast<double>(wrong));
   const double rays = static_cast<double>(set.rays.size()) * 1e-6;
   const double best = std::min({times[1], times[2], times[3]});
   std::printf("bundle16 %5.2f, Embree's best %5.2f; ratio %.2f; hits %zu\n", rays / times[0],

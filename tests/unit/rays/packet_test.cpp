@@ -158,7 +158,7 @@ TEST(Packet, EdgesAndCorners) {
 }
 
 /// Any number of bundles, each with its own answers; one after another and, in a tree larger than
-/// the caches, in turns.
+/// the caches, in turns. Segments are strewn, or as links have them: between two small places.
 class ManyBundles : public ::testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(Trees, ManyBundles, ::testing::Values(3000u, 400000u));
 
@@ -167,10 +167,17 @@ TEST_P(ManyBundles, EachItsAnswers) {
   const WideTree tree = tree_of(mesh);
   EXPECT_EQ(tree.data.size() > (std::size_t{16} << 20), GetParam() > 3000);
   Random random(7);
-  for (const std::size_t number : {1u, 16u, 17u, 64u, 65u, 1000u}) {
+  for (const std::size_t number : {1u, 16u, 17u, 64u, 65u, 1000u, 1001u}) {
+    const float width = number % 2 == 0 ? 0.02f : 1.0f;
     std::vector<Segment> segments;
+    Vec3f from, to;
     for (std::size_t i = 0; i < number; ++i) {
-      const Vec3f p = testing::random_point(random), q = testing::random_point(random);
+      if (i % 16 == 0 || width == 1.0f) {
+        from = testing::random_point(random);
+        to = testing::random_point(random);
+      }
+      const Vec3f p = from + testing::random_direction(random) * width * 0.5f;
+      const Vec3f q = to + testing::random_direction(random) * width * 0.5f;
       segments.push_back({{p, q - p, 0, 1}});
     }
     std::vector<std::uint32_t> expected((number + 15) / 16, 0u);
