@@ -17,6 +17,8 @@ namespace {
 
 constexpr int kNormalBits = 12;
 constexpr int kPositionBits = 14;  // of the median mesh
+/// Of meshes far smaller than that, whose shape the common grid would not hold.
+constexpr int kLeastBits = 11;
 constexpr float kTextureStep = 1.0f / 65536;
 /// As fine as the normals' bits; a power of two, so that w stays 1 or -1 but for an ulp.
 constexpr float kTangentStep = 1.0f / 2048;
@@ -72,7 +74,11 @@ void choose_grids(DracoMesh& s, float step) {
     const AttributeType& type = s.types[a];
     s.grids.emplace_back();
     if (type.component_type != 5126) continue;
-    if (is_position(type)) s.grids.back() = grid_of(type, s.data[a], step);
+    if (is_position(type)) {
+      const float extent = extent_of(bounds_of(type, s.data[a]));
+      const float own = extent > 0 ? std::exp2(std::floor(std::log2(extent)) - kLeastBits) : step;
+      s.grids.back() = grid_of(type, s.data[a], std::min(step, own));
+    }
     if (type.name == "TANGENT") s.grids.back() = grid_of(type, s.data[a], kTangentStep);
     if (type.name.starts_with("TEXCOORD_")) s.grids.back() = grid_of(type, s.data[a], kTextureStep);
   }

@@ -209,6 +209,36 @@ TEST(Draco, SkinsAreCompressed) {
             5121);
 }
 
+TEST(Draco, SmallMeshesAmongLargeOnesKeepTheirShape) {
+  FileBuilder file;
+  for (int i = 0; i < 4; ++i)
+    file.node({{"mesh", file.mesh({file.cube()})},
+               {"translation", {2000 * i, 0, 0}},
+               {"scale", {1000, 1000, 1000}}});
+  // Moves, so it stays in its node.
+  const std::vector<float> corners{0.11f, 0.23f, 0.37f, 0.91f, 0.29f, 0.41f, 0.47f, 0.83f, 0.33f};
+  Json small{{"attributes", {{"POSITION", file.positions(corners)}}}};
+  small["indices"] = file.accessor(std::vector<std::uint16_t>{0, 1, 2}, 5123, "SCALAR");
+  const std::uint32_t node = file.node({{"mesh", file.mesh({small})}});
+  const std::uint32_t times = file.accessor(std::vector<float>{0, 1}, 5126, "SCALAR");
+  file.json["accessors"][times].update(Json{{"min", {0}}, {"max", {1}}});
+  const std::uint32_t ways = file.accessor(std::vector<float>{0, 0, 0, 1, 0, 0}, 5126, "VEC3");
+  Json animation;
+  animation["samplers"] = {{{"input", times}, {"output", ways}}};
+  animation["channels"] = {{{"sampler", 0}, {"target", {{"node", node}, {"path", "translation"}}}}};
+  file.json["animations"] = {animation};
+  WriteOptions options;
+  options.compression = Compression::kDraco;
+  const auto out = testing::read(write(load(file.glb()), true, nullptr, {}, options).glb);
+  const Json& kept = out.json["meshes"][out.json["nodes"][node]["mesh"].get<std::size_t>()];
+  const auto found = *gltf::read_values(out, kept["primitives"][0]["attributes"]["POSITION"]);
+  ASSERT_EQ(found.count(), 3u);
+  for (const float value : found.data)
+    EXPECT_TRUE(std::any_of(corners.begin(), corners.end(), [&](float corner) {
+      return std::abs(corner - value) < 1e-3f;
+    })) << value;
+}
+
 TEST(Draco, VerticesWithoutATriangleAreDropped) {
   // Decoders refuse streams of more points than corners; a node that is animated keeps its mesh.
   FileBuilder file = grid(2);
