@@ -15,8 +15,11 @@ constexpr double kSixteenth = 0.25;  // edge, texels
 constexpr double kClose = 0.3;
 /// Radius over width of the cone's ramp from which on it is, and over the range.
 constexpr double kNarrow = 0.25, kOfRange = 0.05;
-/// Radius of the cells that are cut no further, over the ramp and over the cone.
-constexpr double kOfRamp = 0.08, kOfCone = 0.03;
+/// Radius of the cells that are cut no further, over the ramp.
+constexpr double kOfRamp = 0.08;
+/// Error that a sharp edge through a square of cells of edge s leaves, over its light and s^1.5:
+/// about 1 / s cells are met, each off by 0.3 of its area.
+constexpr double kEdgeOfCells = 0.3;
 constexpr int kMostCuts = 10;
 
 double angle_of(float dip) { return 2 * std::asin(std::sqrt(static_cast<double>(dip) / 2)); }
@@ -24,7 +27,7 @@ double angle_of(float dip) { return 2 * std::asin(std::sqrt(static_cast<double>(
 /// How a sphere lies to the ramp between a cone's angles.
 struct Ramp {
   bool met = false;
-  double radius = 0, ramp = 0, outer = 0;  // angles
+  double radius = 0, ramp = 0;  // angles
 
   Ramp(const PunctualLight& light, const Vec3d& centre, double size) {
     if (light.kind != scene::LightKind::kSpot) return;
@@ -32,7 +35,7 @@ struct Ramp {
     const double distance = length(from);
     const double angle = std::atan2(length(cross(from, axis)), dot(from, axis));
     radius = size < distance ? std::asin(size / distance) : kPiDouble;
-    outer = angle_of(light.dip_outer);
+    const double outer = angle_of(light.dip_outer);
     ramp = outer - angle_of(light.dip_inner);
     met = angle - radius < outer && angle + radius > outer - ramp;
   }
@@ -42,7 +45,7 @@ struct Ramp {
 class Cutter {
  public:
   Cutter(const PunctualLight& light, const scene::Scene& scene, const atlas::Layout& layout,
-         const TexelPoints::Point& about, std::vector<LampCell>& cells)
+         const TexelPoints::Point& about, double allowed, std::vector<LampCell>& cells)
       : light_(light), about_(about), cells_(cells) {
     const auto& uv = layout.uv[about.triangle];
     const auto corner = scene.corners(about.triangle);
@@ -58,7 +61,9 @@ class Cutter {
     const Vec3d normal = cross(along_x_, along_y_);
     area_ = length(normal) * kSixteenth * kSixteenth;
     const Vec3d front = cross(on_ab, on_ac) * (about.back ? -1.0 : 1.0);
-    lit_ = area_ > 0 && dot(front, to_double(light.position) - middle_) > 0;
+    const Vec3d to_lamp = to_double(light.position) - middle_;
+    lit_ = area_ > 0 && dot(front, to_lamp) > 0;
+    if (lit_) finest_ = finest(allowed, to_lamp, normal);
   }
 
   void run() {
@@ -76,7 +81,7 @@ class Cutter {
   void cut(double x, double y, double edge, int cuts) {
     const Vec3d centre = place(x, y);
     const double radius = 0.5 * edge * (length(along_x_) + length(along_y_));
-    if (cuts < kMostCuts && is_uneven(centre, radius)) {
+    if (cuts < kMostCuts && is_uneven(centre, radius, edge)) {
       const double step = edge / 4;
       for (const double v : {y - step, y + step}) {
         for (const double u : {x - step, x + step}) cut(u, v, edge / 2, cuts + 1);
@@ -92,10 +97,18 @@ class Cutter {
                       light});
   }
 
-  bool is_uneven(const Vec3d& centre, double radius) const {
+  bool is_uneven(const Vec3d& centre, double radius, double edge) const {
     if (light_.range > 0 && radius > kOfRange * static_cast<double>(light_.range)) return true;
     const Ramp ramp(light_, centre, radius);
-    return ramp.met && ramp.radius > std::max(kOfRamp * ramp.ramp, kOfCone * ramp.outer);
+    return ramp.met && edge > finest_ && ramp.radius > kOfRamp * ramp.ramp;
+  }
+
+  /// Edge of a cell, texels, from which on the cone's edge is told well enough.
+  double finest(double allowed, const Vec3d& to_lamp, const Vec3d& normal) const {
+    const double distance = length(to_lamp);
+    const double cosine = std::fabs(dot(to_lamp, normal)) / (distance * length(normal));
+    const double lux = static_cast<double>(light_.intensity.max()) * cosine / (distance * distance);
+    return lux > 0 ? std::pow(allowed / (kEdgeOfCells * lux), 2.0 / 3.0) : 1.0;
   }
 
   double solid_angle(double x, double y, double half) const {
@@ -120,6 +133,7 @@ class Cutter {
   Vec3d along_x_, along_y_;  // metres a texel
   Vec3d middle_;
   double area_ = 0;
+  double finest_ = 0;  // texels
   bool lit_ = false;
 };
 
@@ -135,10 +149,10 @@ bool varies_within(const PunctualLight& light, const Vec3f& centre, float radius
 }
 
 void cut_for_lamp(const PunctualLight& light, const scene::Scene& scene,
-                  const atlas::Layout& layout, const TexelPoints::Point& about,
+                  const atlas::Layout& layout, const TexelPoints::Point& about, double allowed,
                   std::vector<LampCell>& cells) {
   cells.clear();
-  Cutter(light, scene, layout, about, cells).run();
+  Cutter(light, scene, layout, about, allowed, cells).run();
 }
 
 }  // namespace lightbatch::lightmap

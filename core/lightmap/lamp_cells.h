@@ -22,10 +22,11 @@ struct LampCell {
 };
 
 /// Cuts the sixteenth about a point so finely that the light varies little within a cell but for
-/// the distance and the cosine, whose mean is the cell's solid angle. Cells without light are left
-/// out. Empty without light, and where the triangle has collapsed on the page.
+/// the distance and the cosine, whose mean is the cell's solid angle; at sharp edges until the
+/// texel is off by no more than `allowed`, lux. Cells without light are left out. Empty without
+/// light, and where the triangle has collapsed on the page.
 void cut_for_lamp(const radiosity::PunctualLight& light, const scene::Scene& scene,
-                  const atlas::Layout& layout, const TexelPoints::Point& about,
+                  const atlas::Layout& layout, const TexelPoints::Point& about, double allowed,
                   std::vector<LampCell>& cells);
 
 }  // namespace lightbatch::lightmap

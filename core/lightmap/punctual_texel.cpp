@@ -51,8 +51,9 @@ struct Sixteenth {
 /// The light of one sixteenth where its points do not tell the mean.
 class Lamp {
  public:
-  Lamp(const PunctualLight& light, const BakeInput& input, const TexelPoints::Point& about) {
-    cut_for_lamp(light, input.scene, input.layout, about, cells_);
+  Lamp(const PunctualLight& light, const BakeInput& input, const TexelPoints::Point& about,
+       double allowed) {
+    cut_for_lamp(light, input.scene, input.layout, about, allowed, cells_);
     back_ = about.back;
     triangle_ = about.triangle;
     for (const LampCell& c : cells_) up_to_.push_back(total_ += c.light.sum());
@@ -173,7 +174,7 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
     if (!varies_within(light, middle, static_cast<float>(radius))) continue;
     edge[i] = points.point[i].parts > 0;
     if (edge[i]) continue;
-    lamp[i].emplace(light, input_, points.point[i]);
+    lamp[i].emplace(light, input_, points.point[i], allowed_);
     open_sum = std::max(open_sum, lamp[i]->mean().max());
   }
   const auto count = [&](std::uint32_t i, const Rgb& open, const Rgb& share, double weight) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/lightmap/lamp_cells.h"
@@ -64,17 +65,26 @@ TEST(Receivers, MovedPointsStayOnTheirTriangleAndInTheirShare) {
   }
 }
 
-/// Flux that the cells of all sixteenths of the floor get, over its area: lux.
-double mean_of(Floor& floor, const radiosity::PunctualLight& light) {
+/// Lux that the cells of the texel's sixteenths tell.
+double mean_of(Floor& floor, const radiosity::PunctualLight& light, const atlas::Texel& texel,
+               double allowed) {
   std::vector<LampCell> cells;
+  double sum = 0;
+  const TexelPoints points = texel_points(floor.lit.texels, texel);
+  for (std::uint32_t i = 0; i < points.count; ++i) {
+    cut_for_lamp(light, floor.lit.kit.scene(), floor.lit.layout, points.point[i], allowed, cells);
+    for (const LampCell& cell : cells) sum += static_cast<double>(cell.light.r);
+  }
+  return sum / points.count;
+}
+
+/// Over the whole floor; texels at its edge are covered in part.
+double mean_of(Floor& floor, const radiosity::PunctualLight& light, double allowed) {
   double sum = 0, points_in_all = 0;
   for (const atlas::Texel& texel : floor.lit.texels.texels) {
-    const TexelPoints points = texel_points(floor.lit.texels, texel);
-    for (std::uint32_t i = 0; i < points.count; ++i) {
-      cut_for_lamp(light, floor.lit.kit.scene(), floor.lit.layout, points.point[i], cells);
-      for (const LampCell& cell : cells) sum += static_cast<double>(cell.light.r);
-    }
-    points_in_all += points.count;
+    const auto points = static_cast<double>(texel_points(floor.lit.texels, texel).count);
+    sum += points * mean_of(floor, light, texel, allowed);
+    points_in_all += points;
   }
   return sum / points_in_all;
 }
@@ -86,7 +96,7 @@ TEST(LampCells, HoldTheFluxOfALampOneMillimetreAbove) {
   light.position = {0.487f, 0.001f, 0.513f};
   light.intensity = Rgb::grey(100);
   const double exact = 2 * kPiDouble * 100;
-  EXPECT_NEAR(mean_of(floor, light), exact, 0.005 * exact);
+  EXPECT_NEAR(mean_of(floor, light, 1), exact, 0.005 * exact);
   EXPECT_TRUE(varies_within(light, {0.5f, 0, 0.5f}, 0.07f));
   EXPECT_FALSE(varies_within(light, {0.9f, 0, 0.9f}, 0.07f));
 }
@@ -103,11 +113,49 @@ TEST(LampCells, HoldTheFluxOfAThinCone) {
   light.dip_inner = 0;
   light.dip_outer = static_cast<float>(1 - std::cos(0.005));
   const double exact = 2 * kPiDouble * static_cast<double>(light.dip_outer) * 1e6 / 3;
-  EXPECT_NEAR(mean_of(floor, light), exact, 0.01 * exact);
+  EXPECT_NEAR(mean_of(floor, light, 1), exact, 0.01 * exact);
   light.dip_inner = light.dip_outer;
-  EXPECT_NEAR(mean_of(floor, light), 3 * exact, 0.03 * exact);
+  EXPECT_NEAR(mean_of(floor, light, 1), 3 * exact, 0.03 * exact);
   EXPECT_TRUE(varies_within(light, {0.45f, 0, 0.55f}, 0.07f));
   EXPECT_FALSE(varies_within(light, {0.2f, 0, 0.55f}, 0.07f));
+}
+
+// A cone without a ramp, whose edge runs through the texels of a ring: each to the allowed error.
+TEST(LampCells, FollowTheEdgeOfASharpCone) {
+  Floor floor;
+  radiosity::PunctualLight light;
+  light.kind = scene::LightKind::kSpot;
+  light.position = {0.487f, 1, 0.513f};
+  light.direction = {0, -1, 0};
+  light.intensity = Rgb::grey(1000);
+  light.dip_inner = light.dip_outer = static_cast<float>(1 - std::cos(0.3));
+  Receivers receivers = floor.receivers();
+  constexpr int kFine = 64;  // points of a sixteenth, each way
+  for (const double allowed : {20.0, 2.0}) {
+    double squares = 0, most = 0, edges = 0;
+    for (const atlas::Texel& texel : floor.lit.texels.texels) {
+      const TexelPoints points = texel_points(floor.lit.texels, texel);
+      double exact = 0, lit = 0;
+      for (std::uint32_t i = 0; i < points.count; ++i) {
+        for (int k = 0; k < kFine * kFine; ++k) {
+          const Vec2f at{(static_cast<float>(k % kFine) + 0.5f) / kFine,
+                         (static_cast<float>(k / kFine) + 0.5f) / kFine};
+          const auto frame = receivers(points.point[i], at).frame;
+          const double lux = static_cast<double>(light.irradiance(frame.position, frame.normal).r);
+          exact += lux / (kFine * kFine * static_cast<double>(points.count));
+          lit += lux > 0 ? 1 : 0;
+        }
+      }
+      if (lit == 0 || lit == kFine * kFine * points.count) continue;
+      const double off = mean_of(floor, light, texel, allowed) - exact;
+      squares += off * off;
+      most = std::max(most, std::fabs(off));
+      edges += 1;
+    }
+    EXPECT_GT(edges, 15);
+    EXPECT_LT(std::sqrt(squares / edges), allowed);
+    EXPECT_LT(most, 3 * allowed);  // three standard errors
+  }
 }
 
 }  // namespace
