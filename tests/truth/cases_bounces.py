@@ -110,11 +110,10 @@ def furnished():
             "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.5] * 3}}}),
         "glass": (0.0, 0.0, {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1]}, "extensions": {
             "KHR_materials_transmission": {"transmissionFactor": 1}}})}
-    sheets["diffuse_transmission"] = (0.4, 0.8, sheets["diffuse_transmission"][2])
     for name, (rho, share, more) in sheets.items():
         scene = MadeScene()
         scene.mesh(room, glowing(scene, 0.7, lux))
-        handed_on = 0.2 if name == "diffuse_transmission" else 0.0
+        handed_on = 0.25 if name == "diffuse_transmission" else 0.0
         values = glowing(scene, rho, lux, 1 - handed_on if name != "glass" else 0.0, doubleSided=True, **more)
         for k in range(4):
             scene.mesh(fan(rectangle((0.5 + 0.6 * k, 1, 1.5), (0, 1.2, 0.1 * k), (0.2, 0, 1.4))), values)
@@ -176,7 +175,7 @@ def patches():
     scene.mesh(fan(wall), scene.material(double_sided=True, pbrMetallicRoughness={"baseColorFactor": [0.8] * 3 + [1]}, extensions={
         "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.75, "diffuseTransmissionColorFactor": [1, 0.5, 0.2]}}))
     scene.light("directional", lux, rotation=towards((1, 0, 0)))  # from behind
-    yield Case("patch/shines_through", scene, Lamp(wall, [nits(0.6 * v) for v in (1, 0.5, 0.2)]), where, over_texels=True)
+    yield Case("patch/shines_through", scene, Lamp(wall, [nits(0.75 * v) for v in (1, 0.5, 0.2)]), where, over_texels=True)
     small = rectangle((-1, 0.3, 0), (0, 0.03, 0), (0, 0, 0.04))
     scene = MadeScene()
     scene.mesh(fan(floor_at()), scene.material())
