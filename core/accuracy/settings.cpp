@@ -37,6 +37,8 @@ constexpr int kVirtualLightsPerRay = 32;
 constexpr int kFewestVirtual = 1024, kMostVirtual = 16384;
 /// Texel sizes, at 5 %: what is nearer is not left to the texel there.
 constexpr double kLinked = 0.3;
+/// Target from which on dim places count by their own light, and most so at half of it.
+constexpr double kDimCounts = 0.01, kMostDim = 0.6;
 constexpr double kFineSharing = 0.015;  // below: blocks start at 4 texels
 
 /// Position on the ladder.
@@ -62,6 +64,10 @@ struct Place {
 
 }  // namespace
 
+double dim_exponent(double target) {
+  return kMostDim * std::clamp(std::log2(kDimCounts / target), 0.0, 1.0);
+}
+
 BakeSettings settings_for(const Rungs& rungs, const SceneMeasure& scene, std::uint64_t seed) {
   const Place direct(rungs.direct), first(rungs.first), gather(rungs.gather);
   BakeSettings settings;
@@ -81,6 +87,7 @@ BakeSettings settings_for(const Rungs& rungs, const SceneMeasure& scene, std::ui
   settings.gather.virtual_lights =
       std::clamp(kVirtualLightsPerRay * settings.gather.rays, kFewestVirtual, kMostVirtual);
   settings.gather.linked = std::min(1.0, kLinked * std::pow(0.05 / rungs.gather, 0.75));
+  settings.gather.dim = dim_exponent(rungs.target);
   settings.gather.pilot_rays = direct.whole(&Rung::pilot_rays);
   settings.gather.direct_error = kEdgeShare * std::max(kFinestRung, rungs.direct);
   return settings;

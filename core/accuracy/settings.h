@@ -35,6 +35,10 @@ struct Rungs {
 constexpr double kCoarsestRung = 0.3;
 constexpr double kFinestRung = 0.0005;
 
+/// Of dim places' share of the allowed error (lightmap/dim.h): 0 down to a target of 1 %, where
+/// error counts against the mean light alone, 0.6 from 0.5 % on.
+double dim_exponent(double target);
+
 /// The ladder interpolated on a log scale between rungs; errors are clamped to its ends.
 BakeSettings settings_for(const Rungs& rungs, const SceneMeasure& scene, std::uint64_t seed);
 

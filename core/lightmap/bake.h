@@ -24,6 +24,7 @@ struct GatherSettings {
   int pilot_rays = 4;       // emitter shadow rays of every texel
   double direct_error = 0.05;  // share of the mean irradiance that visibility may be off by in a
                                // texel of a shadow's edge; sets the number of shadow rays there
+  double dim = 0;              // of errors allowed: exponent of a dim place's share (see dim.h)
   double deeper = 0.5;         // one more gather when a hit is nearer than this many element sizes
   double linked = 0.3;         // such hits are linked to the texel there unless they are nearer
                                // than this many of its sizes

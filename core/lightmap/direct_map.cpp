@@ -11,6 +11,7 @@
 
 #include "core/base/parallel.h"
 #include "core/lightmap/bake.h"
+#include "core/lightmap/dim.h"
 #include "core/lightmap/emitter_texel.h"
 #include "core/lightmap/neighbours.h"
 #include "core/lightmap/punctual_texel.h"
@@ -93,6 +94,7 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
   std::vector<Rgb> direct(count);
   if (!input.direct_lights || count == 0) return direct;
   const PunctualTexel punctual(input, settings);
+  const DimShares dim(input, settings);
   const auto& lights = input.direct.sources().punctual();
   const bool few_lights = lights.size() <= kFewLights;
   const bool any_punctual =
@@ -123,16 +125,19 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
     const bool border = std::find(around.begin(), around.end(), scene::kNone) != around.end();
     pilots.measured[t] = 1;
     if (any_emitters) {
+      emitter.allow(dim.at(t));
       emitters[t] = emitter.pilot(t, border, pilots.states[t], of_emitters.of(t), c);
     }
     if (any_punctual) {
       pilots.punctual[t].thorough = border || few_lights;
-      direct[t] = punctual.pilot(t, pilots.punctual[t], of_punctual.of(t), c);
+      direct[t] = punctual.pilot(t, dim.at(t), pilots.punctual[t], of_punctual.of(t), c);
     }
   });
   std::vector<std::uint8_t> refined(count);
   for_texels([&](std::uint32_t t, const auto& around, EmitterTexel& emitter, BakeCounts& c) {
+    const double share = dim.at(t, direct[t] + emitters[t].arrives);
     if (any_emitters) {
+      emitter.allow(share);
       const std::vector<SourceState> states = states_around(pilots, around);
       refined[t] = emitter.is_to_be_refined(emitters[t], states) ? 1 : 0;
       if (refined[t] != 0) {
@@ -140,7 +145,7 @@ std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& setti
       }
     }
     const bool again = refine_punctual(pilots, around);
-    if (again) direct[t] = punctual.refined(t, of_punctual.of(t), c);
+    if (again) direct[t] = punctual.refined(t, share, of_punctual.of(t), c);
     if (again || refined[t] != 0) ++c.refined_texels;
   });
   const std::vector<float> factor = smooth_visibility(input, emitters, refined);

@@ -59,9 +59,14 @@ struct EmitterTexel::Sums {
 EmitterTexel::EmitterTexel(const BakeInput& input, const GatherSettings& settings)
     : input_(input),
       settings_(settings),
-      receivers_(input.scene, input.layout, input.direct.lift()),
-      allowed_(settings.direct_error * input.mean_irradiance),
-      negligible_(kNegligible * allowed_) {}
+      receivers_(input.scene, input.layout, input.direct.lift()) {
+  allow(1);
+}
+
+void EmitterTexel::allow(double share) {
+  allowed_ = share * settings_.direct_error * input_.mean_irradiance;
+  negligible_ = kNegligible * allowed_;
+}
 
 int EmitterTexel::rays_for_edge(double light, std::size_t edges) const {
   const double each = allowed_ / std::sqrt(static_cast<double>(std::max<std::size_t>(1, edges)));

@@ -38,6 +38,9 @@ class EmitterTexel {
  public:
   EmitterTexel(const BakeInput& input, const GatherSettings& settings);
 
+  /// Share of the allowed error that the next texel may be off by.
+  void allow(double share);
+
   /// A few rays to every source that matters, more where `thorough`. states: gets how these are
   /// seen; by_group: what arrives from each light group, empty: not asked.
   EmitterPart pilot(std::uint32_t t, bool thorough, std::vector<SourceState>& states,
@@ -89,8 +92,8 @@ class EmitterTexel {
   const BakeInput& input_;
   const GatherSettings& settings_;
   Receivers receivers_;
-  double allowed_;     // lux that visibility may be off by
-  double negligible_;  // lux of a source that is not worth a ray of its own
+  double allowed_ = 0;     // lux that visibility may be off by
+  double negligible_ = 0;  // lux of a source that is not worth a ray of its own
   TexelPoints grid_;
   std::vector<Cell> cells_;
   radiosity::EmitterTerms terms_;

@@ -280,14 +280,18 @@ Gather::Value Gather::operator()(const TexelPoints& points, int rays, std::uint3
         points.count - 1,
         static_cast<std::uint32_t>(sequence.coordinate(k, 2) * static_cast<float>(points.count)));
     const Receiver from = receivers(points.point[i], sequence.pair(k, 3));
+    const Guide::Place place = scratch.guide.place(sequence.pair(k, 0));
     const Vec3f direction =
-        Frame::about(from.frame.normal).to_world(cosine_hemisphere(sequence.pair(k, 0)));
+        Frame::about(from.frame.normal).to_world(cosine_hemisphere(place.square));
     const Numbers numbers{item_seed(seed, k), sequence.pair(k, 5)};
-    const Along arrives =
-        along({from.frame.origin, direction}, from.triangle, numbers, path, counts);
-    sum += arrives.radiosity;
-    inverse_distance += arrives.inverse_distance;
+    const Along arrives = along({from.frame.origin, direction}, from.triangle, numbers,
+                                path.times(Rgb::grey(place.weight)), counts);
+    sum += arrives.radiosity * static_cast<double>(place.weight);
+    inverse_distance += arrives.inverse_distance * static_cast<double>(place.weight);
+    const auto brings = static_cast<float>(arrives.radiosity.sum());
+    scratch.learned.squares[GuideGrid::cell(place.square)] += brings * brings * place.weight;
   }
+  scratch.learned.rays += static_cast<float>(wanted);
   Value value;
   const auto taken = static_cast<double>(wanted);
   for (Rgb& part : by_group) part = part * static_cast<float>(1 / taken);

@@ -5,6 +5,7 @@
 
 #include "core/base/random.h"
 #include "core/lightmap/bake.h"
+#include "core/lightmap/guide.h"
 #include "core/lightmap/near_links.h"
 #include "core/lightmap/texel_points.h"
 #include "core/lightmap/virtual_texel.h"
@@ -15,7 +16,8 @@ namespace lightbatch::lightmap {
 /// and the sky where they do not.
 ///
 /// Directions are Owen-scrambled Sobol points; a third dimension deals the rays to the texel's
-/// points, so that every point sees the whole hemisphere, two more move them within their share.
+/// points, so that every point sees the whole hemisphere, two more move them within their share. A
+/// guide moves directions to where rays of texels around found light.
 /// Light of the resolved lights is never read as an element's mean: lit elements use the light's
 /// formula at the hit, mixed ones a shadow ray, and what lies far enough leaves it to the virtual
 /// lights. Where a hit is near against the element's size, the texel there is linked, or, where
@@ -68,6 +70,9 @@ class Gather {
   struct Scratch {
     std::vector<NearLink> links;  // of the texel, after a gather
     radiosity::VirtualLights::Served served;
+    /// Where the rays of the texels that follow go, and what they tell of it.
+    Guide guide;
+    GuideGrid learned;
   };
   /// seed must differ between texels; rays >= 1. by_group: gets the irradiance of each light group;
   /// empty: not asked.

@@ -17,7 +17,10 @@
 #include "core/base/random.h"
 #include "core/lightmap/bake.h"
 #include "core/lightmap/blocks.h"
+#include "core/lightmap/covered.h"
+#include "core/lightmap/dim.h"
 #include "core/lightmap/gather.h"
+#include "core/lightmap/guide.h"
 #include "core/lightmap/near_links.h"
 #include "core/lightmap/neighbours.h"
 #include "core/lightmap/ray_shares.h"
@@ -27,8 +30,10 @@
 namespace lightbatch::lightmap {
 namespace {
 
-constexpr std::size_t kGrain = 64;
 constexpr int kFewestRays = 16;
+/// Rays from which on guides learn before anything is computed, and the share that they learn by.
+constexpr int kFewestGuided = 32;
+constexpr double kShareOfLearning = 0.25;
 /// Of the rays, for texels that a pilot's are linked to.
 constexpr double kShareOfLinked = 0.25;
 /// Texel edges from which on virtual lights serve: light varies little over the texel.
@@ -51,24 +56,31 @@ class IndirectMap {
         by_group_(by_group.is_empty() ? 0 : input.texels.texels.size(), by_group.groups()),
         counts_(counts),
         progress_(progress),
+        dim_(input, settings),
         near_(input, settings.linked),
         lights_(input.scene, input.elements, input.direct, input.solution,
                 {static_cast<std::size_t>(settings.virtual_lights),
                  kNearestVirtual / input.layout.texels_per_metre, input.seed}),
         aids_{near_, lights_},
         gather_(input, settings, &aids_),
+        guides_(input.layout),
         links_(input.texels.texels.size()),
         texel_(input.texels.texels.size()),
         state_(input.texels.texels.size(), kUnknown) {}
 
   std::vector<Rgb> run() {
-    share_ = ray_shares(input_, near_.first());
+    share_ = ray_shares(input_, dim_, near_.first());
     std::vector<Block> blocks = first_blocks();
-    if (!blocks.empty()) find_covered();
+    if (!blocks.empty()) {
+      // They do not share with open ones, whatever the corners of a block say.
+      const std::vector<std::uint8_t> covered = find_covered(input_);
+      for (std::size_t t = 0; t < covered.size(); ++t) texel_[t].covered = covered[t] != 0;
+    }
     // Tiny charts and single texels have no corners to share with.
     while (!blocks.empty() && !progress_.cancelled()) {
       std::vector<std::uint32_t> wanted;
       for (const Block& b : blocks) request(b, wanted);
+      if (computed_so_far_ == 0) learn(wanted);
       compute(wanted);
       std::vector<Block> next;
       for (const Block& b : blocks) settle(b, next);
@@ -97,24 +109,9 @@ class IndirectMap {
  private:
   enum State : std::uint8_t { kUnknown, kRequested, kComputed, kShared };
 
-  int rays_of(std::uint32_t t) const {
-    return std::max(kFewestRays, static_cast<int>(share_[t] * static_cast<float>(settings_.rays)));
-  }
-
-  /// Texels with something closer above them than their own edge: under furniture, behind frames.
-  /// They do not share with open ones, whatever the corners of a block say.
-  void find_covered() {
-    const auto edge = static_cast<float>(1.0 / input_.layout.texels_per_metre);
-    parallel_for(state_.size(), 1024, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        if (input_.selected != nullptr && (*input_.selected)[t] == 0) continue;
-        const auto at = receiver_at(input_.scene, input_.layout,
-                                    central_point(input_.texels, input_.texels.texels[t]),
-                                    input_.direct.lift());
-        const rays::Ray up{at.frame.origin, at.frame.normal, 0.0f, edge};
-        texel_[t].covered = input_.caster.occluded(up, at.triangle);
-      }
-    });
+  int rays_of(std::uint32_t t, double share) const {
+    const double wanted = share * static_cast<double>(share_[t]) * settings_.rays;
+    return std::max(kFewestRays, static_cast<int>(wanted));
   }
 
   std::uint32_t texel_at(const Block& b, int x, int y) const {
@@ -124,13 +121,14 @@ class IndirectMap {
   std::vector<Block> first_blocks() const {
     std::vector<Block> blocks;
     for_each_block(input_.layout, settings_.block, [&](const Block& b) {
-      if (input_.selected == nullptr || any_selected(b)) blocks.push_back(b);
+      if (is_selected(b)) blocks.push_back(b);
     });
     return blocks;
   }
 
   /// Blocks are selected whole; their first row and column belong to the blocks before them.
-  bool any_selected(const Block& b) const {
+  bool is_selected(const Block& b) const {
+    if (input_.selected == nullptr) return true;
     for (int y = b.y0 + 1; y <= b.y1; ++y) {
       for (int x = b.x0 + 1; x <= b.x1; ++x) {
         const std::uint32_t t = texel_at(b, x, y);
@@ -155,52 +153,90 @@ class IndirectMap {
     want(texel_at(b, (b.x0 + b.x1) / 2, (b.y0 + b.y1) / 2), wanted);
   }
 
-  /// share: of their rays.
-  void compute(const std::vector<std::uint32_t>& wanted, double share = 1) {
+  /// What one tile's texels brought.
+  struct Gathered {
+    BakeCounts counts;
+    std::vector<NearLink> links;
+    GuideGrid learned;
+  };
+
+  /// Visits texels tile by tile, in parallel, with rays where the tile's guide sends them.
+  /// visit(index of the texel, scratch, gathered).
+  template <typename Visit>
+  std::vector<Gathered> for_tiles(std::span<const Guides::Group> groups, Visit visit) {
     const auto began = std::chrono::steady_clock::now();
-    struct Grain {
-      BakeCounts counts;
-      std::vector<NearLink> links;
-    };
-    std::vector<Grain> grains((wanted.size() + kGrain - 1) / kGrain);
-    std::vector<std::uint32_t> links(wanted.size());
-    parallel_for(wanted.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      if (progress_.cancelled()) return;
-      Grain& grain = grains[begin / kGrain];
-      Gather::Scratch scratch;
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::uint32_t t = wanted[i];
-        const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
-        const std::uint64_t before = grain.counts.rays.cast();
-        const Gather::Value v =
-            gather_(points, std::max(kFewestRays, static_cast<int>(share * rays_of(t))),
-                    static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)), by_group_.of(t),
-                    scratch, grain.counts);
-        if (input_.selected != nullptr && (*input_.selected)[t] == 0) {
-          grain.counts.border_rays += grain.counts.rays.cast() - before;
+    std::vector<Gathered> gathered(groups.size());
+    parallel_for(groups.size(), 1, [&](std::size_t first, std::size_t last) {
+      for (std::size_t g = first; g < last && !progress_.cancelled(); ++g) {
+        Gather::Scratch scratch;
+        if (groups[g].tile != Guides::kNoTile) scratch.guide = guides_.guide(groups[g].tile);
+        for (std::size_t i = groups[g].begin; i < groups[g].end; ++i) {
+          visit(i, scratch, gathered[g]);
         }
-        links[i] = static_cast<std::uint32_t>(scratch.links.size());
-        grain.links.insert(grain.links.end(), scratch.links.begin(), scratch.links.end());
-        texel_[t].irradiance = v.irradiance;
-        texel_[t].variance = v.variance;
-        texel_[t].normal =
-            receiver_at(input_.scene, input_.layout, points.point[0], 0.0f).frame.normal;
-        texel_[t].gathered = true;
-        texel_[t].distance = v.distance;
-        state_[t] = kComputed;
+        gathered[g].learned = scratch.learned;
       }
     });
-    for (std::size_t g = 0; g < grains.size(); ++g) {
-      counts_ += grains[g].counts;
-      const std::size_t begin = g * kGrain, count = std::min(kGrain, wanted.size() - begin);
-      links_.add(std::span(wanted).subspan(begin, count), std::span(links).subspan(begin, count),
-                 grains[g].links);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      counts_ += gathered[g].counts;
+      if (groups[g].tile != Guides::kNoTile) guides_.add(groups[g].tile, gathered[g].learned);
     }
     seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    return gathered;
+  }
+
+  /// Rays since `before` of a texel that only others need.
+  void count_border(std::uint32_t t, std::uint64_t before, BakeCounts& counts) const {
+    if (input_.selected == nullptr || (*input_.selected)[t] != 0) return;
+    counts.border_rays += counts.rays.cast() - before;
+  }
+
+  /// share: of their rays.
+  void compute(std::vector<std::uint32_t>& wanted, double share = 1) {
+    const std::vector<Guides::Group> groups = guides_.sort(input_.texels, wanted);
+    std::vector<std::uint32_t> links(wanted.size());
+    const auto gathered = for_tiles(groups, [&](std::size_t i, auto& scratch, Gathered& all) {
+      const std::uint64_t before = all.counts.rays.cast();
+      compute_one(wanted[i], share, scratch, all.counts);
+      count_border(wanted[i], before, all.counts);
+      links[i] = static_cast<std::uint32_t>(scratch.links.size());
+      all.links.insert(all.links.end(), scratch.links.begin(), scratch.links.end());
+    });
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const std::size_t begin = groups[g].begin, count = groups[g].end - begin;
+      links_.add(std::span(wanted).subspan(begin, count), std::span(links).subspan(begin, count),
+                 gathered[g].links);
+    }
     counts_.computed_texels += wanted.size();
     computed_so_far_ += wanted.size();
     progress_.report("gather", static_cast<double>(computed_so_far_) /
                                    static_cast<double>(std::max<std::size_t>(1, state_.size())));
+  }
+
+  /// A few rays of the first texels that tell their guides and nothing else: the corners of blocks
+  /// decide on what lies between.
+  void learn(std::vector<std::uint32_t> texels) {
+    if (settings_.rays < kFewestGuided) return;
+    const std::vector<Guides::Group> groups = guides_.sort(input_.texels, texels);
+    for_tiles(groups, [&](std::size_t i, auto& scratch, Gathered& all) {
+      const std::uint64_t before = all.counts.rays.cast();
+      const std::uint32_t t = texels[i];
+      gather_(texel_points(input_.texels, input_.texels.texels[t]), rays_of(t, kShareOfLearning),
+              static_cast<std::uint32_t>(item_seed(input_.seed, t, 22)), {}, scratch, all.counts);
+      count_border(t, before, all.counts);
+    });
+  }
+
+  void compute_one(std::uint32_t t, double share, Gather::Scratch& scratch, BakeCounts& counts) {
+    const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
+    const Gather::Value v = gather_(points, rays_of(t, share),
+                                    static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)),
+                                    by_group_.of(t), scratch, counts);
+    texel_[t].irradiance = v.irradiance;
+    texel_[t].variance = v.variance;
+    texel_[t].normal = receiver_at(input_.scene, input_.layout, points.point[0], 0.0f).frame.normal;
+    texel_[t].gathered = true;
+    texel_[t].distance = v.distance;
+    state_[t] = kComputed;
   }
 
   /// Texels that selected ones are linked to, by fewer rays: many share in a link's light.
@@ -273,12 +309,12 @@ class IndirectMap {
     const std::uint32_t middle = texel_at(b, xm, ym);
     const Rgb off = texel_[middle].irradiance - guess;
     const float worst = std::max({std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
-    if (static_cast<double>(worst) <= settings_.tolerance * input_.mean_irradiance) return true;
+    const double tolerance = settings_.tolerance * dim_.at(middle) * input_.mean_irradiance;
+    if (static_cast<double>(worst) <= tolerance) return true;
     // Noise alone makes as much: finer texels would be as noisy. But not a step: where few rays
     // find the light, as at the mouth of a crack, variance explains everything.
-    const bool step =
-        static_cast<double>(worst) > kLargeStep * settings_.tolerance * input_.mean_irradiance &&
-        worst > kMostExcused * std::max(guess.max(), texel_[middle].irradiance.max());
+    const bool step = static_cast<double>(worst) > kLargeStep * tolerance &&
+                      worst > kMostExcused * std::max(guess.max(), texel_[middle].irradiance.max());
     if (step) return false;
     float variance = texel_[middle].variance;
     for (const std::uint32_t c : corner) variance += texel_[c].variance;
@@ -330,10 +366,12 @@ class IndirectMap {
   radiosity::GroupedLight by_group_;  // the hemisphere's
   BakeCounts& counts_;
   const Progress& progress_;
+  DimShares dim_;
   NearTexels near_;
   radiosity::VirtualLights lights_;
   Gather::Aids aids_;
   Gather gather_;
+  Guides guides_;
   NearLinks links_;
   std::vector<GatheredTexel> texel_;
   std::vector<Block> filled_;  // shared, coarse ones first

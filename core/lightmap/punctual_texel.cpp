@@ -99,7 +99,7 @@ PunctualTexel::PunctualTexel(const BakeInput& input, const GatherSettings& setti
       allowed_(settings.direct_error * input.mean_irradiance),
       lights_(input.direct.sources().punctual()) {}
 
-Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> by_group,
+Rgb PunctualTexel::pilot(std::uint32_t t, double dim, PunctualPilot& pilot, std::span<Rgb> by_group,
                          BakeCounts& counts) const {
   Rgbd sum;
   std::fill(by_group.begin(), by_group.end(), Rgb{});
@@ -136,7 +136,7 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
     }
     // The edge of a cone or of a range, a lamp close by, a sheet's edge, a shadow's edge.
     const Rgb share = input_.direct.punctual_visibility(centre, light, counts.rays);
-    const bool uneven = static_cast<double>(most - least) > kMostUneven * allowed_;
+    const bool uneven = static_cast<double>(most - least) > kMostUneven * dim * allowed_;
     bool mixed = close || least == 0 || (!share.is_black() && (uneven || !(share == Rgb{1, 1, 1})));
     for (std::uint32_t i = 0; pilot.thorough && i < used && !mixed; ++i) {
       mixed =
@@ -161,7 +161,7 @@ Rgb PunctualTexel::pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> b
 }
 
 Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints& points,
-                              BakeCounts& counts) const {
+                              double may_be_off, BakeCounts& counts) const {
   const PunctualLight& light = lights_[l];
   Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
   std::array<Sixteenth, 16> part;
@@ -174,7 +174,7 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
     if (!varies_within(light, middle, static_cast<float>(radius))) continue;
     edge[i] = points.point[i].parts > 0;
     if (edge[i]) continue;
-    lamp[i].emplace(light, input_, points.point[i], allowed_);
+    lamp[i].emplace(light, input_, points.point[i], may_be_off);
     open_sum = std::max(open_sum, lamp[i]->mean().max());
   }
   const auto count = [&](std::uint32_t i, const Rgb& open, const Rgb& share, double weight) {
@@ -216,7 +216,7 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   };
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, 0, kFirstRounds);
   // A strip that covers less of a sixteenth than one ray stands for may pass unseen.
-  const double allowed = kUnseenShare * allowed_;
+  const double allowed = kUnseenShare * may_be_off;
   const auto first_rounds = static_cast<std::uint32_t>(std::clamp(
       allowed > 0 ? open_sum / (16 * allowed) : 0, double{kFirstRounds}, kMostFirstRounds));
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, kFirstRounds, first_rounds);
@@ -229,7 +229,7 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
     }
   }
   const auto rounds = static_cast<std::uint32_t>(
-      samples_for_edge(open_sum, allowed_, kSixteenthsError, kMostEdgeRounds));
+      samples_for_edge(open_sum, may_be_off, kSixteenthsError, kMostEdgeRounds));
   Rgbd total;
   for (std::uint32_t i = 0; i < points.count; ++i) {
     if (edge[i] && rounds > first_rounds) take(i, first_rounds, rounds);
@@ -240,13 +240,14 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   return total / static_cast<double>(points.count);
 }
 
-Rgb PunctualTexel::refined(std::uint32_t t, std::span<Rgb> by_group, BakeCounts& counts) const {
+Rgb PunctualTexel::refined(std::uint32_t t, double dim, std::span<Rgb> by_group,
+                           BakeCounts& counts) const {
   std::fill(by_group.begin(), by_group.end(), Rgb{});
   const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
   Rgbd total;
   for (std::size_t l = 0; l < lights_.size(); ++l) {
     if (!input_.bakes_direct(lights_[l])) continue;
-    const Rgbd arrives = one_light(t, l, points, counts);
+    const Rgbd arrives = one_light(t, l, points, dim * allowed_, counts);
     total += arrives;
     if (!by_group.empty()) by_group[lights_[l].group] += to_float(arrives);
   }

@@ -23,15 +23,16 @@ class PunctualTexel {
  public:
   PunctualTexel(const BakeInput& input, const GatherSettings& settings);
 
-  Rgb pilot(std::uint32_t t, PunctualPilot& pilot, std::span<Rgb> by_group,
+  /// dim: share of the allowed error that the texel may be off by.
+  Rgb pilot(std::uint32_t t, double dim, PunctualPilot& pilot, std::span<Rgb> by_group,
             BakeCounts& counts) const;
 
   /// Mean over the texel; where a shadow's edge runs, only the sixteenths of the texel that it
   /// touches are sampled on.
-  Rgb refined(std::uint32_t t, std::span<Rgb> by_group, BakeCounts& counts) const;
+  Rgb refined(std::uint32_t t, double dim, std::span<Rgb> by_group, BakeCounts& counts) const;
 
  private:
-  Rgbd one_light(std::uint32_t t, std::size_t light, const TexelPoints& points,
+  Rgbd one_light(std::uint32_t t, std::size_t light, const TexelPoints& points, double may_be_off,
                  BakeCounts& counts) const;
 
   const BakeInput& input_;

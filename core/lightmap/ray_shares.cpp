@@ -15,14 +15,16 @@ constexpr float kMostShare = 8.0f;
 
 }  // namespace
 
-std::vector<float> ray_shares(const BakeInput& input, const std::vector<Rgb>& first) {
+std::vector<float> ray_shares(const BakeInput& input, const DimShares& dim,
+                              const std::vector<Rgb>& first) {
   std::vector<float> share(first.size(), 1.0f);
   if (input.solution.indirect.empty()) return share;
   const double whole = 1 / (input.layout.texels_per_metre * input.layout.texels_per_metre);
   double mean = 0;
   for (std::size_t t = 0; t < share.size(); ++t) {
     const double part = std::min(1.0, input.texels.surface_of(input.texels.texels[t]) / whole);
-    share[t] = first[t].sum() * static_cast<float>(std::sqrt(part));
+    share[t] = first[t].sum() *
+               static_cast<float>(std::sqrt(part) / dim.at(static_cast<std::uint32_t>(t)));
     mean += static_cast<double>(share[t]) / static_cast<double>(share.size());
   }
   if (!(mean > 0)) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/lightmap/dim.h"
 #include "core/pipeline/certify_stage.h"
 
 namespace lightbatch::pipeline {
@@ -134,6 +135,7 @@ class Tuner {
     const Run rough = std::exchange(last_, std::move(fine));
     Pilot pilot = price(light);
     const double mean = mean_light();
+    weigh(at.target, mean);
     // The difference has the error of both runs.
     const auto relative = [&](double difference, double apart, const accuracy::Growth& growth) {
       return mean > 0 ? difference / std::hypot(1, std::pow(apart, growth.error)) / mean : 0.0;
@@ -194,17 +196,25 @@ class Tuner {
     }
     return area > 0 ? sum / area : 0;
   }
+  double light_at(std::size_t i) const {
+    return static_cast<double>((last_.direct[i] + last_.indirect[i]).sum()) / 3;
+  }
+  /// What errors count for, by texel.
+  void weigh(double target, double mean) {
+    weights_.assign(areas_.size(), 1.0);
+    for (std::size_t i = 0; i < weights_.size(); ++i) {
+      weights_[i] = 1 / lightmap::dim_share(light_at(i), mean, accuracy::dim_exponent(target));
+    }
+  }
   /// Root of the mean square, mean over channels, of a - b.
   double difference(const Light& a, const Light& b) const {
     return std::sqrt(mean([&](std::size_t i) {
-      const Rgbd d = to_double(a[i]) - to_double(b[i]);
+      const Rgbd d = (to_double(a[i]) - to_double(b[i])) * weights_[i];
       return (d.r * d.r + d.g * d.g + d.b * d.b) / 3;
     }));
   }
   double mean_light() const {
-    return mean([&](std::size_t i) {
-      return static_cast<double>((last_.direct[i] + last_.indirect[i]).sum()) / 3;
-    });
+    return mean([&](std::size_t i) { return light_at(i); });
   }
 
   const JobOptions& options_;
@@ -214,6 +224,7 @@ class Tuner {
   accuracy::SceneMeasure measure_;
   std::vector<std::uint8_t> selected_;  // texels
   std::vector<double> areas_;           // theirs
+  std::vector<double> weights_;         // their errors'
   double whole_ = 1;                    // all texels over these
   StageClock own_;
   std::uint64_t runs_ = 0;
