@@ -46,10 +46,8 @@ std::vector<Band> make_bands(const Layout& layout) {
 void cover_band(const scene::Scene& scene, const Layout& layout, Band& band) {
   std::vector<PlacedFragment> found;
   for (const std::uint32_t t : band.triangles) {
-    const auto c = scene.corners(t);
-    const Vec3d a = to_double(c[0]);
-    const double surface = length(cross(to_double(c[1]) - a, to_double(c[2]) - a)) / 2;
-    append_fragments(grid_triangle(layout, t), t, surface, band.first_row, band.end_row, found);
+    append_fragments(grid_triangle(layout, t), t, scene.area(t), band.first_row, band.end_row,
+                     found);
   }
   const std::int32_t columns = layout.pages[band.page].width;
   std::erase_if(found, [&](const PlacedFragment& f) { return f.x < 0 || f.x >= columns; });

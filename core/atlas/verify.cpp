@@ -93,15 +93,13 @@ void measure(const scene::Scene& scene, const std::vector<bool>& wide, Layout& l
         for (std::size_t i = begin; i < end; ++i) {
           const std::uint32_t t = static_cast<std::uint32_t>(i);
           if (layout.chart_of[t] == kNone) continue;
-          const auto c = scene.corners(t);
-          const Vec3d a = to_double(c[0]);
-          const double area = length(cross(to_double(c[1]) - a, to_double(c[2]) - a)) / 2;
+          const double area = scene.area(t);
           s.area += area;
           s.uv_area += std::abs(static_cast<double>(twice_area(grid_triangle(layout, t)))) /
                        (2.0 * kUnits * kUnits);
           if (!wide[layout.chart_of[t]]) continue;
           s.wide_area += area;
-          const auto [least, most] = singular_values(c, layout.uv[t]);
+          const auto [least, most] = singular_values(scene.corners(t), layout.uv[t]);
           if (!(least >= 0.7 * density && most <= 1.3 * density)) s.out_area += area;
         }
         return s;

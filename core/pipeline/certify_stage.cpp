@@ -96,8 +96,7 @@ accuracy::PathTracer tracer_of(const JobOptions& options, const Prepared& p) {
 double mean_bounces(const Prepared& p) {
   double reflected = 0, area = 0;
   for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
-    const auto c = p.scene->corners(i);
-    const double a = length(cross(to_double(c[1] - c[0]), to_double(c[2] - c[0])));
+    const double a = p.scene->area(i);
     reflected += a * static_cast<double>(p.optics->reflectance(i, 1.0f / 3, 1.0f / 3).max());
     area += a;
   }

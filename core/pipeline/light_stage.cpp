@@ -11,12 +11,6 @@
 namespace lightbatch::pipeline {
 namespace {
 
-double triangle_area(const scene::Scene& scene, std::uint32_t i) {
-  const auto c = scene.corners(i);
-  const Vec3d a = to_double(c[0]);
-  return 0.5 * length(cross(to_double(c[1]) - a, to_double(c[2]) - a));
-}
-
 template <typename Weight>
 double area_of(const scene::Scene& scene, Weight weight) {
   return deterministic_reduce(
@@ -25,7 +19,7 @@ double area_of(const scene::Scene& scene, Weight weight) {
         double sum = 0;
         for (std::size_t i = begin; i < end; ++i) {
           const auto triangle = static_cast<std::uint32_t>(i);
-          sum += weight(triangle) * triangle_area(scene, triangle);
+          sum += weight(triangle) * scene.area(triangle);
         }
         return sum;
       },
@@ -38,7 +32,7 @@ double mean_over_texels(const Prepared& p, const LightmapPlaces& places, const F
   for (std::uint32_t i = 0; i < p.scene->triangles.size(); ++i) {
     const std::uint32_t chart = places.layout.chart_of[i];
     if (chart == scene::kNone) continue;
-    const double a = triangle_area(*p.scene, i);
+    const double a = p.scene->area(i);
     sum += first.irradiance_of(i, places.texels.is_back(chart)) * a;
     area += a;
   }
@@ -74,7 +68,7 @@ Status choose_sides(const JobOptions& options, const Prepared& p, LightmapPlaces
       one_sided[chart] = 1;
       continue;
     }
-    const double area = triangle_area(*p.scene, i);
+    const double area = p.scene->area(i);
     front[chart] += area * first.irradiance_of(i, false);
     behind[chart] += area * first.irradiance_of(i, true);
   }

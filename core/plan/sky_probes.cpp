@@ -36,9 +36,7 @@ std::vector<double> areas_up_to(const Scene& scene) {
   std::vector<double> sums(scene.triangles.size());
   double sum = 0;
   for (std::uint32_t i = 0; i < sums.size(); ++i) {
-    const auto c = scene.corners(i);
-    const Vec3d a = to_double(c[0]);
-    sum += length(cross(to_double(c[1]) - a, to_double(c[2]) - a)) / 2;
+    sum += scene.area(i);
     sums[i] = sum;
   }
   return sums;

@@ -15,12 +15,6 @@ namespace {
 using hierarchy::Hierarchy;
 using scene::Scene;
 
-double triangle_area(const Scene& scene, std::uint32_t triangle) {
-  const auto c = scene.corners(triangle);
-  const Vec3d a = to_double(c[0]);
-  return 0.5 * length(cross(to_double(c[1]) - a, to_double(c[2]) - a));
-}
-
 /// Dominant axis and sign of the normal: 0..5.
 int direction_of(const Scene& scene, std::uint32_t triangle) {
   const auto c = scene.corners(triangle);
@@ -162,7 +156,7 @@ void Elements::add_groups(const Scene& scene, const Hierarchy& tree, const optic
     for (const std::uint32_t triangle : tree.primitives(node)) {
       if (plan.is_large[triangle]) continue;
       const int direction = direction_of(scene, triangle);
-      const auto area = static_cast<float>(triangle_area(scene, triangle));
+      const auto area = static_cast<float>(scene.area(triangle));
       entries.push_back({triangle, bucket_of(triangle, direction, false), area});
       if (optics.has_two_sides(triangle)) {
         entries.push_back({triangle, bucket_of(triangle, direction ^ 1, true), area});
@@ -205,7 +199,7 @@ void Elements::add_cells(const Scene& scene, const optics::Optics& optics, Plan&
     }
     row_start_.push_back(cells);
     const double cell_area =
-        2.0 * triangle_area(scene, d.triangle) / (static_cast<double>(d.rows) * d.columns);
+        2.0 * scene.area(d.triangle) / (static_cast<double>(d.rows) * d.columns);
     Face& face = faces_[d.triangle];
     face.grid = grid;
     for (int side = 0; side < (optics.has_two_sides(d.triangle) ? 2 : 1); ++side) {

@@ -169,6 +169,12 @@ struct Scene {
     const auto& v = triangles[triangle].vertex;
     return {positions[v[0]], positions[v[1]], positions[v[2]]};
   }
+  /// Square metres, from the stored positions without further rounding.
+  double area(std::uint32_t triangle) const {
+    const auto c = corners(triangle);
+    const Vec3d a = to_double(c[0]);
+    return length(cross(to_double(c[1]) - a, to_double(c[2]) - a)) / 2;
+  }
 };
 
 }  // namespace lightbatch::scene
