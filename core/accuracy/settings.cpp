@@ -38,7 +38,7 @@ constexpr int kFewestVirtual = 1024, kMostVirtual = 16384;
 /// Texel sizes, at 5 %: what is nearer is not left to the texel there.
 constexpr double kLinked = 0.3;
 /// Target from which on dim places count by their own light, and most so at half of it.
-constexpr double kDimCounts = 0.01, kMostDim = 0.6;
+constexpr double kDimCounts = 0.02, kMostDim = 0.6;
 constexpr double kFineSharing = 0.015;  // below: blocks start at 4 texels
 
 /// Position on the ladder.

@@ -35,8 +35,8 @@ struct Rungs {
 constexpr double kCoarsestRung = 0.3;
 constexpr double kFinestRung = 0.0005;
 
-/// Of dim places' share of the allowed error (lightmap/dim.h): 0 down to a target of 1 %, where
-/// error counts against the mean light alone, 0.6 from 0.5 % on.
+/// Of dim places' share of the allowed error (lightmap/dim.h): 0 down to a target of 2 %, where
+/// error counts against the mean light alone, 0.6 from 1 % on.
 double dim_exponent(double target);
 
 /// The ladder interpolated on a log scale between rungs; errors are clamped to its ends.
