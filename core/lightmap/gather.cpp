@@ -131,13 +131,10 @@ Rgb Gather::read(ElementId e, const rays::Hit& hit, ElementId served, const Path
   const auto deliver = [&](std::uint32_t group, const Rgb& arrives) {
     if (path.grouped()) path.add(group, reflectance * arrives);
   };
-  Rgb resolved = radiosity::uneven_irradiance(input_.scene, input_.direct, solution, e, hit,
-                                              counts.rays, deliver);
-  if (served == radiosity::kNoElement) {
-    resolved += radiosity::resolved_irradiance(input_.scene, input_.direct, solution, e, hit,
-                                               counts.rays, deliver);
-  }
-  return solution.unresolved[e] + reflectance * resolved;
+  const bool with_resolved = served == radiosity::kNoElement;
+  const Rgb arrives = radiosity::sharp_irradiance(input_.scene, input_.direct, solution, e, hit,
+                                                  with_resolved, counts.rays, deliver);
+  return solution.unresolved[e] + reflectance * arrives;
 }
 
 Rgb Gather::direct(const Receiver& at, ElementId served, Random& random, const Path& path,

@@ -44,49 +44,42 @@ inline bool has_resolved(const Solution& solution, ElementId e) {
   return solution.is_uneven(e) || (!solution.light_state.empty() && solution.light_state[e] != 0);
 }
 
-/// Irradiance from emitters where a ray hits an uneven element: from one of them at random.
-/// deliver(group, lux).
+/// Irradiance where a ray hits element e of what `unresolved` leaves out, sharp: from emitters, by
+/// one of them at random, where the element is uneven; from the resolved lights, unless told not
+/// to, by their formula where the element is lit and a shadow ray where it is mixed.
+/// deliver(group, lux): each that arrives.
 template <typename Deliver>
-Rgb uneven_irradiance(const scene::Scene& scene, const DirectLight& direct,
-                      const Solution& solution, ElementId e, const rays::Hit& hit,
-                      RayCounts& counts, Deliver deliver) {
-  if (!solution.is_uneven(e)) return {};
+Rgb sharp_irradiance(const scene::Scene& scene, const DirectLight& direct, const Solution& solution,
+                     ElementId e, const rays::Hit& hit, bool with_resolved, RayCounts& counts,
+                     Deliver deliver) {
+  const bool uneven = solution.is_uneven(e);
+  with_resolved = with_resolved && !solution.light_state.empty() && solution.light_state[e] != 0;
+  if (!uneven && !with_resolved) return {};
   const Receiver at{
       optics::surface_frame(scene, hit.triangle, hit.u, hit.v, hit.back, direct.lift()),
       hit.triangle};
-  const Vec2f on_emitter = random_at(hit);
-  Random random(item_seed(hit.triangle, std::bit_cast<std::uint32_t>(hit.u) ^ 0x5bd1e995u,
-                          std::bit_cast<std::uint32_t>(hit.v)));
-  const auto sampled = direct.sampled_emitters(at, 0, random.next_double(), on_emitter, counts);
-  deliver(sampled.group, sampled.irradiance);
-  return sampled.irradiance;
-}
-
-/// Irradiance from the resolved lights where a ray hits element e, sharp: their formula where the
-/// element is lit, a shadow ray where it is mixed. deliver(group, lux): each that arrives.
-template <typename Deliver>
-Rgb resolved_irradiance(const scene::Scene& scene, const DirectLight& direct,
-                        const Solution& solution, ElementId e, const rays::Hit& hit,
-                        RayCounts& counts, Deliver deliver) {
-  if (solution.light_state.empty() || solution.light_state[e] == 0) return {};
-  const Receiver at{
-      optics::surface_frame(scene, hit.triangle, hit.u, hit.v, hit.back, direct.lift()),
-      hit.triangle};
-  Rgb sum;
-  for_each_resolved(direct, solution, e, at.frame,
-                    [&](const PunctualLight& light, const Rgb& open, bool doubtful) {
-                      if (!doubtful) {
-                        sum += open;
-                        deliver(light.group, open);
-                        return;
-                      }
-                      const Vec2f on_sun = light.is_of_sky() ? random_at(hit) : Vec2f{};
-                      const Rgb arrives =
-                          open * direct.punctual_visibility(at, light, on_sun, counts);
-                      sum += arrives;
-                      deliver(light.group, arrives);
-                    });
-  return sum;
+  Rgb emitted, resolved;
+  if (uneven) {
+    Random random(item_seed(hit.triangle, std::bit_cast<std::uint32_t>(hit.u) ^ 0x5bd1e995u,
+                            std::bit_cast<std::uint32_t>(hit.v)));
+    const auto sampled =
+        direct.sampled_emitters(at, 0, random.next_double(), random_at(hit), counts);
+    deliver(sampled.group, sampled.irradiance);
+    emitted = sampled.irradiance;
+  }
+  if (with_resolved) {
+    for_each_resolved(direct, solution, e, at.frame,
+                      [&](const PunctualLight& light, const Rgb& open, bool doubtful) {
+                        Rgb arrives = open;
+                        if (doubtful) {
+                          const Vec2f on_sun = light.is_of_sky() ? random_at(hit) : Vec2f{};
+                          arrives = open * direct.punctual_visibility(at, light, on_sun, counts);
+                        }
+                        resolved += arrives;
+                        deliver(light.group, arrives);
+                      });
+  }
+  return emitted + resolved;
 }
 
 }  // namespace lightbatch::radiosity

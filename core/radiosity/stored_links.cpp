@@ -62,10 +62,8 @@ Shot shoot(const SolverInput& input, const SolverOptions& options, const Solutio
                 if (!by_group.empty()) by_group[group] += sent * arrives * links.scale[e];
               };
               if (has_resolved(direct, source)) {
-                const Rgb arrives = resolved_irradiance(input.scene, input.direct, direct, source,
-                                                        hit, out.counts, deliver) +
-                                    uneven_irradiance(input.scene, input.direct, direct, source,
-                                                      hit, out.counts, deliver);
+                const Rgb arrives = sharp_irradiance(input.scene, input.direct, direct, source, hit,
+                                                     true, out.counts, deliver);
                 resolved += to_double(sent * arrives);
               }
               // A cell of two rooms, of which this element is in one: it is taken to be as bright.
