@@ -89,6 +89,16 @@ double mean_of(Floor& floor, const radiosity::PunctualLight& light, double allow
   return sum / points_in_all;
 }
 
+/// A metre above the floor, straight down, its cone left open.
+radiosity::PunctualLight spot_above(float candela) {
+  radiosity::PunctualLight light;
+  light.kind = scene::LightKind::kSpot;
+  light.position = {0.487f, 1, 0.513f};
+  light.direction = {0, -1, 0};
+  light.intensity = Rgb::grey(candela);
+  return light;
+}
+
 // Half of what a lamp sends out falls on a floor right below it.
 TEST(LampCells, HoldTheFluxOfALampOneMillimetreAbove) {
   Floor floor;
@@ -105,11 +115,7 @@ TEST(LampCells, HoldTheFluxOfALampOneMillimetreAbove) {
 // that of the cone.
 TEST(LampCells, HoldTheFluxOfAThinCone) {
   Floor floor;
-  radiosity::PunctualLight light;
-  light.kind = scene::LightKind::kSpot;
-  light.position = {0.487f, 1, 0.513f};
-  light.direction = {0, -1, 0};
-  light.intensity = Rgb::grey(1e6f);
+  radiosity::PunctualLight light = spot_above(1e6f);
   light.dip_inner = 0;
   light.dip_outer = static_cast<float>(1 - std::cos(0.005));
   const double exact = 2 * kPiDouble * static_cast<double>(light.dip_outer) * 1e6 / 3;
@@ -123,11 +129,7 @@ TEST(LampCells, HoldTheFluxOfAThinCone) {
 // A cone without a ramp, whose edge runs through the texels of a ring: each to the allowed error.
 TEST(LampCells, FollowTheEdgeOfASharpCone) {
   Floor floor;
-  radiosity::PunctualLight light;
-  light.kind = scene::LightKind::kSpot;
-  light.position = {0.487f, 1, 0.513f};
-  light.direction = {0, -1, 0};
-  light.intensity = Rgb::grey(1000);
+  radiosity::PunctualLight light = spot_above(1000);
   light.dip_inner = light.dip_outer = static_cast<float>(1 - std::cos(0.3));
   Receivers receivers = floor.receivers();
   constexpr int kFine = 64;  // points of a sixteenth, each way

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -105,6 +106,19 @@ class FileBuilder {
     const auto index = static_cast<std::uint32_t>(json["nodes"].size() - 1);
     json["scenes"][0]["nodes"].push_back(index);
     return index;
+  }
+  /// Moves a node from place to place (x, y, z each), one a second.
+  void animate(std::uint32_t node, const std::vector<float>& places) {
+    std::vector<float> seconds(places.size() / 3);
+    std::iota(seconds.begin(), seconds.end(), 0.0f);
+    const std::uint32_t times = accessor(seconds, 5126, "SCALAR");
+    json["accessors"][times].update(Json{{"min", {seconds.front()}}, {"max", {seconds.back()}}});
+    const std::uint32_t ways = accessor(places, 5126, "VEC3");
+    Json animation;
+    animation["samplers"] = {{{"input", times}, {"output", ways}}};
+    animation["channels"] = {
+        {{"sampler", 0}, {"target", {{"node", node}, {"path", "translation"}}}}};
+    json["animations"].push_back(animation);
   }
   Bytes glb() const { return std::move(gltf::write_glb(json, binary_)).value(); }
 
