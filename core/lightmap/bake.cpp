@@ -2,6 +2,7 @@
 
 #include "core/base/random.h"
 #include "core/lightmap/blocks.h"
+#include "core/lightmap/dim.h"
 #include "core/lightmap/neighbours.h"
 #include "core/scene/scene.h"
 
@@ -36,16 +37,17 @@ Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& se
                                 const Progress& progress) {
   BakedTexels baked;
   baked.counts.texels = input.texels.texels.size();
+  const DimShares dim(input, settings);
   progress.report("direct", 0);
   baked.by_group =
       radiosity::GroupedLight(input.groups > 0 ? input.texels.texels.size() : 0, input.groups);
-  baked.direct =
-      bake_direct(input, settings, baked.by_group, baked.counts, progress, &baked.direct_seconds);
+  baked.direct = bake_direct(input, settings, dim, baked.by_group, baked.counts, progress,
+                             &baked.direct_seconds);
   baked.direct_rays = baked.counts.rays.cast();
   if (progress.cancelled()) return cancelled();
   progress.report("gather", 0);
-  baked.irradiance =
-      bake_indirect(input, settings, baked.by_group, baked.counts, progress, &baked.gather_seconds);
+  baked.irradiance = bake_indirect(input, settings, dim, baked.by_group, baked.counts, progress,
+                                   &baked.gather_seconds);
   if (progress.cancelled()) return cancelled();
   for (std::size_t t = 0; t < baked.direct.size(); ++t) baked.irradiance[t] += baked.direct[t];
   return baked;

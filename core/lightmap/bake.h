@@ -14,6 +14,8 @@
 
 namespace lightbatch::lightmap {
 
+class DimShares;
+
 /// How finely the texels are measured. Chosen from the asked error by the accuracy room.
 struct GatherSettings {
   int rays = 128;           // hemisphere rays of a computed texel
@@ -104,11 +106,13 @@ Result<BakedTexels> bake_texels(const BakeInput& input, const GatherSettings& se
 /// Direct light alone: lux per texel; added to by_group, where it is not empty. seconds: gets
 /// BakedTexels::direct_seconds; null: not asked.
 std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& settings,
-                             radiosity::GroupedLight& by_group, BakeCounts& counts,
-                             const Progress& progress, double* seconds = nullptr);
+                             const DimShares& dim, radiosity::GroupedLight& by_group,
+                             BakeCounts& counts, const Progress& progress,
+                             double* seconds = nullptr);
 /// Light from the hemisphere (interreflection and sky) alone; the same.
 std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
-                               radiosity::GroupedLight& by_group, BakeCounts& counts,
-                               const Progress& progress, double* seconds = nullptr);
+                               const DimShares& dim, radiosity::GroupedLight& by_group,
+                               BakeCounts& counts, const Progress& progress,
+                               double* seconds = nullptr);
 
 }  // namespace lightbatch::lightmap

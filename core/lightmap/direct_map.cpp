@@ -88,13 +88,12 @@ std::vector<float> smooth_visibility(const BakeInput& input, const std::vector<E
 }  // namespace
 
 std::vector<Rgb> bake_direct(const BakeInput& input, const GatherSettings& settings,
-                             radiosity::GroupedLight& by_group, BakeCounts& counts,
-                             const Progress& progress, double* seconds) {
+                             const DimShares& dim, radiosity::GroupedLight& by_group,
+                             BakeCounts& counts, const Progress& progress, double* seconds) {
   const std::size_t count = input.texels.texels.size();
   std::vector<Rgb> direct(count);
   if (!input.direct_lights || count == 0) return direct;
   const PunctualTexel punctual(input, settings);
-  const DimShares dim(input, settings);
   const auto& lights = input.direct.sources().punctual();
   const bool few_lights = lights.size() <= kFewLights;
   const bool any_punctual =

@@ -9,8 +9,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/scene/scene.h"
-
 namespace lightbatch::lightmap {
 namespace {
 

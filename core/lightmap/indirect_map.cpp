@@ -48,7 +48,7 @@ constexpr float kSameSurface = 0.97f;
 
 class IndirectMap {
  public:
-  IndirectMap(const BakeInput& input, const GatherSettings& settings,
+  IndirectMap(const BakeInput& input, const GatherSettings& settings, const DimShares& dim,
               radiosity::GroupedLight& by_group, BakeCounts& counts, const Progress& progress)
       : input_(input),
         settings_(settings),
@@ -56,7 +56,7 @@ class IndirectMap {
         by_group_(by_group.is_empty() ? 0 : input.texels.texels.size(), by_group.groups()),
         counts_(counts),
         progress_(progress),
-        dim_(input, settings),
+        dim_(dim),
         near_(input, settings.linked),
         lights_(input.scene, input.elements, input.direct, input.solution,
                 {static_cast<std::size_t>(settings.virtual_lights),
@@ -366,7 +366,7 @@ class IndirectMap {
   radiosity::GroupedLight by_group_;  // the hemisphere's
   BakeCounts& counts_;
   const Progress& progress_;
-  DimShares dim_;
+  const DimShares& dim_;
   NearTexels near_;
   radiosity::VirtualLights lights_;
   Gather::Aids aids_;
@@ -384,10 +384,10 @@ class IndirectMap {
 }  // namespace
 
 std::vector<Rgb> bake_indirect(const BakeInput& input, const GatherSettings& settings,
-                               radiosity::GroupedLight& by_group, BakeCounts& counts,
-                               const Progress& progress, double* seconds) {
+                               const DimShares& dim, radiosity::GroupedLight& by_group,
+                               BakeCounts& counts, const Progress& progress, double* seconds) {
   if (!input.indirect) return std::vector<Rgb>(input.texels.texels.size());
-  IndirectMap map(input, settings, by_group, counts, progress);
+  IndirectMap map(input, settings, dim, by_group, counts, progress);
   std::vector<Rgb> irradiance = map.run();
   if (seconds != nullptr) *seconds = map.seconds();
   return irradiance;

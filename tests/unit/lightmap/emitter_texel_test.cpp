@@ -63,7 +63,8 @@ struct Rooms {
     GatherSettings settings;
     settings.direct_error = error;
     radiosity::GroupedLight none;
-    return bake_direct(lit.input(), settings, none, counts, Progress{});
+    const DimShares dim(lit.input(), settings);
+    return bake_direct(lit.input(), settings, dim, none, counts, Progress{});
   }
 
   /// Mean over the texel by many random points, every light asked at each.
@@ -137,7 +138,8 @@ TEST(EmitterTexel, LightCloseToASurfaceIsAveragedOverTheTexel) {
     settings.direct_error = 0.03;
     radiosity::GroupedLight none;
     BakeCounts counts;
-    const std::vector<Rgb> direct = bake_direct(input, settings, none, counts, Progress{});
+    const std::vector<Rgb> direct =
+        bake_direct(input, settings, DimShares(input, settings), none, counts, Progress{});
     double baked = 0;
     for (std::uint32_t t = 0; t < direct.size(); ++t) {
       baked += static_cast<double>(direct[t].g) * input.texels.surface_of(input.texels.texels[t]);

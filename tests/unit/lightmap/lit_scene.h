@@ -4,6 +4,7 @@
 
 #include "core/accuracy/path_tracer.h"
 #include "core/lightmap/bake.h"
+#include "core/lightmap/dim.h"
 #include "core/lightmap/gather.h"
 #include "core/radiosity/solver.h"
 #include "tests/unit/accuracy/scene_kit.h"

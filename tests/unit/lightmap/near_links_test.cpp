@@ -89,9 +89,10 @@ TEST(NearLinks, BetweenBoardsAsPathTracing) {
   settings.block = 1;
   radiosity::GroupedLight none;
   BakeCounts linked, walked;
-  const auto with = bake_indirect(shelf.lit.input(), settings, none, linked, Progress{});
+  const DimShares dim(shelf.lit.input(), settings);
+  const auto with = bake_indirect(shelf.lit.input(), settings, dim, none, linked, Progress{});
   settings.linked = 1e9;
-  const auto without = bake_indirect(shelf.lit.input(), settings, none, walked, Progress{});
+  const auto without = bake_indirect(shelf.lit.input(), settings, dim, none, walked, Progress{});
   EXPECT_GT(linked.near_links, linked.deeper_gathers / 2);
   EXPECT_EQ(walked.near_links, 0u);
   EXPECT_LT(linked.rays.cast(), walked.rays.cast());

@@ -159,7 +159,8 @@ TEST(VirtualTexel, SameLightAndLessNoise) {
   const auto bake = [&](int lights) {
     settings.virtual_lights = lights;
     BakeCounts counts;
-    return bake_indirect(room.lit.input(), settings, none, counts, Progress{});
+    const DimShares dim(room.lit.input(), settings);
+    return bake_indirect(room.lit.input(), settings, dim, none, counts, Progress{});
   };
   const auto plain = bake(0), virtual_too = bake(2048);
   double truth = 0, mean = 0, squares = 0, plain_squares = 0;
