@@ -10,8 +10,10 @@
 #include <cmath>
 #include <map>
 
+#include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
+#include "core/batches/fates.h"
 #include "core/math/sampling.h"
 #include "core/rays/caster.h"
 
@@ -20,12 +22,26 @@ namespace {
 
 constexpr std::uint32_t kStandingEyes = 32768;
 constexpr std::uint32_t kCheckRays = 512;  // of a cell
+constexpr float kLevel = 1e-5f;            // distances that differ so little, as a share, are equal
 /// Streams of random numbers.
 constexpr std::uint64_t kFinding = 1, kChecking = 2;
 
 bool hides(const scene::Material& m) {
   return m.alpha_mode == scene::AlphaMode::kOpaque && !(m.transmission > 0) &&
          !(m.diffuse_transmission > 0);
+}
+
+/// Objects that show what is behind them now and then: those of the options, and what keeps its
+/// node because something may move, hide or exchange it.
+std::vector<bool> opening_objects(const scene::Scene& scene, const BatchPlan& plan,
+                                  const VisibleSetOptions& options) {
+  LB_CHECK(options.opens.empty() || options.opens.size() == scene.objects.size(),
+           "one entry for each object");
+  std::vector<bool> opens = options.opens;
+  opens.resize(scene.objects.size(), false);
+  for (const LeftAlone& left : plan.left_alone)
+    if (left.reason != kInstancedReason && left.reason != kBlendedReason) opens[left.object] = true;
+  return opens;
 }
 
 /// What of the plan each triangle belongs to.
@@ -76,15 +92,16 @@ class Members {
   std::vector<std::vector<Range>> triangles_;  // by item
 };
 
-/// Lets rays pass what hides nothing, and remembers what it passed.
+/// Lets rays pass what hides nothing, or everything, and remembers what of it shows.
 class PassThrough final : public rays::HitFilter {
  public:
-  explicit PassThrough(const scene::Scene& scene) : scene_(scene) {}
+  PassThrough(const scene::Scene& scene, const std::vector<bool>& opens, bool all)
+      : scene_(scene), opens_(opens), all_(all) {}
   bool stops(const rays::Hit& hit) override {
-    const scene::Material& m =
-        scene_.materials[scene_.objects[scene_.triangles[hit.triangle].object].material];
-    if (hit.back && !m.double_sided) return false;
-    if (hides(m)) return true;
+    const std::uint32_t object = scene_.triangles[hit.triangle].object;
+    const scene::Material& m = scene_.materials[scene_.objects[object].material];
+    if (!opens_[object] && hit.back && !m.double_sided) return false;
+    if (!all_ && !opens_[object] && hides(m)) return true;
     passed.push_back(hit);
     return false;
   }
@@ -92,12 +109,18 @@ class PassThrough final : public rays::HitFilter {
 
  private:
   const scene::Scene& scene_;
+  const std::vector<bool>& opens_;
+  bool all_;
 };
 
 class Finder {
  public:
-  Finder(const scene::Scene& scene, const hierarchy::Hierarchy& tree, const BatchPlan& plan)
-      : scene_(scene), members_(scene, plan), caster_(make_caster(scene, tree)) {}
+  Finder(const scene::Scene& scene, const hierarchy::Hierarchy& tree, const BatchPlan& plan,
+         std::vector<bool> opens)
+      : scene_(scene),
+        opens_(std::move(opens)),
+        members_(scene, plan),
+        caster_(make_caster(scene, tree)) {}
 
   /// Fills the set of a cell. Returns the rays that it took.
   std::uint64_t find(ViewCell& cell, const VisibleSetOptions& options, std::uint64_t index) const {
@@ -146,12 +169,8 @@ class Finder {
  private:
   static rays::Caster make_caster(const scene::Scene& scene, const hierarchy::Hierarchy& tree) {
     std::vector<std::array<std::uint32_t, 3>> triangles(scene.triangles.size());
-    std::vector<rays::Surface> surfaces(scene.triangles.size());
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-      triangles[t] = scene.triangles[t].vertex;
-      const scene::Material& m = scene.materials[scene.objects[scene.triangles[t].object].material];
-      surfaces[t] = hides(m) && m.double_sided ? rays::Surface::kOpaque : rays::Surface::kFiltered;
-    }
+    for (std::size_t t = 0; t < triangles.size(); ++t) triangles[t] = scene.triangles[t].vertex;
+    const std::vector<rays::Surface> surfaces(triangles.size(), rays::Surface::kFiltered);
     return rays::Caster(tree, scene.positions, triangles, surfaces);
   }
   static Vec3f point_in(const Aabb& box, Random& random) {
@@ -174,14 +193,21 @@ class Finder {
   }
   template <typename Visit>
   void for_each_met(const Vec3f& eye, const Vec3f& direction, const Visit& visit) const {
-    PassThrough passing(scene_);
+    PassThrough passing(scene_, opens_, false);
     const rays::Hit hit = caster_.closest({eye, direction}, rays::kNoTriangle, &passing);
     for (const rays::Hit& passed : passing.passed)
       if (!hit.found() || passed.t <= hit.t) members_.for_each(passed.triangle, visit);
-    if (hit.found()) members_.for_each(hit.triangle, visit);
+    if (!hit.found()) return;
+    // What lies in one plane, as posters on walls, shows as viewers draw it.
+    PassThrough level(scene_, opens_, true);
+    caster_.closest({eye, direction, hit.t * (1 - kLevel), hit.t * (1 + kLevel)}, rays::kNoTriangle,
+                    &level);
+    for (const rays::Hit& other : level.passed) members_.for_each(other.triangle, visit);
+    members_.for_each(hit.triangle, visit);
   }
 
   const scene::Scene& scene_;
+  std::vector<bool> opens_;  // by object
   Members members_;
   rays::Caster caster_;
 };
@@ -226,7 +252,7 @@ Result<VisibleSets> find_visible_sets(const scene::Scene& scene, const hierarchy
                                       const VisibleSetOptions& options, const Progress& progress) {
   VisibleSets sets;
   sets.cells = walkable_cells(viewpoints, options.most_cells);
-  const Finder finder(scene, tree, plan);
+  const Finder finder(scene, tree, plan, opening_objects(scene, plan, options));
   if (sets.cells.empty() || finder.item_count() == 0) return sets;
   std::vector<std::uint64_t> rays(sets.cells.size(), 0), missed(sets.cells.size(), 0);
   constexpr std::size_t kBlock = 16;  // between two reports

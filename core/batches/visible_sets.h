@@ -33,12 +33,14 @@ struct VisibleSetOptions {
   /// than one ray in a third of that number (95 %).
   std::uint32_t barren_rays = 8192;
   std::uint32_t most_rays = 262144;  // of a cell
+  std::vector<bool> opens;           // objects that may come to hide nothing; or empty
 };
 
 /// The sets of cells over walkable space: a grid of about an eye's height, coarser where that would
 /// make more than most_cells. Single-sided triangles hide nothing from behind, and blended, cut-out
-/// and transmitting ones nothing at all. What moves or was left alone is in no set and hides no
-/// more than it does at rest. CANCELLED.
+/// and transmitting ones nothing at all; nor does what `opens`, or what the plan left alone for
+/// other reasons than its looks or size: it may move or be hidden. What moves or was left alone is
+/// in no set. CANCELLED.
 Result<VisibleSets> find_visible_sets(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                                       const Viewpoints& viewpoints, const BatchPlan& plan,
                                       const VisibleSetOptions& options,

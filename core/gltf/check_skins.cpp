@@ -1,6 +1,8 @@
 #include "core/gltf/check_skins.h"
 
+#include <algorithm>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/gltf/elements.h"
@@ -81,7 +83,8 @@ Status check_bind_matrices(const Document& document, const Json& skin, const Jso
 
 }  // namespace
 
-Status check_skins(const Document& document, const JsonPath& root) {
+Status check_skins(const Document& document, const JsonPath& root,
+                   std::vector<std::string>& warnings) {
   const Json& skins = list_field(document.json, "skins");
   if (skins.empty()) return {};
   const Forest forest(list_field(document.json, "nodes"));
@@ -91,11 +94,16 @@ Status check_skins(const Document& document, const JsonPath& root) {
     const Json& joints = skins[i]["joints"];
     LB_RETURN_IF_ERROR(check_bind_matrices(document, skins[i], path));
     const std::uint32_t skeleton = index_field(skins[i], "skeleton");
+    const std::uint32_t first = forest.root_of(joints[0].get<std::uint32_t>());
+    if (std::any_of(joints.begin(), joints.end(), [&](const Json& joint) {
+          return forest.root_of(joint.get<std::uint32_t>()) != first;
+        })) {
+      // Viewers place joints one by one: the trees that they are in do not matter to them.
+      warnings.push_back(path.text() + ": the joints have no common root");
+      continue;
+    }
     for (const Json& joint : joints) {
       const auto node = joint.get<std::uint32_t>();
-      if (forest.root_of(node) != forest.root_of(joints[0].get<std::uint32_t>())) {
-        return malformed(path.text(), "the joints have no common root");
-      }
       if (skeleton != kAbsent && !forest.is_above(skeleton, node)) {
         return malformed(path.text(), "the skeleton node is not above joint node " + joint.dump());
       }

@@ -89,7 +89,7 @@ Status unpack(Document& document, std::optional<Bytes> binary, bool glb, Resourc
   LB_RETURN_IF_ERROR(check_meshes(document, root, limits.triangles, warnings));
   LB_RETURN_IF_ERROR(check_instancing(document, root));
   LB_RETURN_IF_ERROR(check_animations(document, root, warnings));
-  LB_RETURN_IF_ERROR(check_skins(document, root));
+  LB_RETURN_IF_ERROR(check_skins(document, root, warnings));
   return load_images(document, root, loader);
 }
 

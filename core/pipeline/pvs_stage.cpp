@@ -1,6 +1,7 @@
 #include "core/pipeline/pvs_stage.h"
 
 #include "core/scene_out/names.h"
+#include "core/scene_out/write_scene.h"
 
 namespace lightbatch::pipeline {
 
@@ -13,6 +14,7 @@ Result<nlohmann::json> write_visible_sets(const JobOptions& options, const Prepa
   progress.report("pvs", 0);
   batches::VisibleSetOptions settings;
   settings.seed = options.seed;
+  settings.opens = scene_out::opening_objects(p.document, *p.scene);
   LB_ASSIGN_OR_RETURN(
       const batches::VisibleSets sets,
       batches::find_visible_sets(*p.scene, p.tree, viewpoints, plan, settings, progress));

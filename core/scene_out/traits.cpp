@@ -177,4 +177,32 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
   return traits;
 }
 
+std::vector<bool> opening_objects(const gltf::Document& document, const scene::Scene& scene) {
+  const Json& root = document.json;
+  const auto hides = [&](std::uint32_t material) {
+    if (material == kNone) return true;
+    const Json& m = root.at("materials").at(material);
+    return m.value("alphaMode", "OPAQUE") == "OPAQUE" &&
+           extension(m, "KHR_materials_transmission") == nullptr &&
+           extension(m, "KHR_materials_diffuse_transmission") == nullptr;
+  };
+  const auto both_sides = [&](std::uint32_t material) {
+    return material != kNone && root.at("materials").at(material).value("doubleSided", false);
+  };
+  std::vector<bool> opens(scene.objects.size(), false);
+  for (std::uint32_t o = 0; o < opens.size(); ++o) {
+    const scene::Object& object = scene.objects[o];
+    const Json& primitive = root.at("meshes").at(object.mesh).at("primitives").at(object.primitive);
+    const Json* variants = extension(primitive, "KHR_materials_variants");
+    const Json* mappings = variants == nullptr ? nullptr : member(*variants, "mappings");
+    if (mappings == nullptr) continue;
+    const std::uint32_t shown = index_at(primitive, "material");
+    for (const Json& mapping : *mappings) {
+      const std::uint32_t material = index_at(mapping, "material");
+      if (!hides(material) || both_sides(material) != both_sides(shown)) opens[o] = true;
+    }
+  }
+  return opens;
+}
+
 }  // namespace lightbatch::scene_out

@@ -75,6 +75,9 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
                                                     const scene::Scene& scene,
                                                     const atlas::Layout* layout);
 
+/// Objects that a variant of their material shows what is behind.
+std::vector<bool> opening_objects(const gltf::Document& document, const scene::Scene& scene);
+
 /// The reorganised scene as one .glb. Portable: the plan was made with page 0 for lit triangles and
 /// kNone for others; layout and images are null. plan: the batches, or null to keep every object in
 /// its node. layout and images: lightmaps, or both null. Everything that is not understood is kept.

@@ -20,6 +20,21 @@ class SceneBuilder {
   /// A box with corners a and b, every face cut into cells x cells quads. Returns the object.
   std::uint32_t add_box(Vec3f a, Vec3f b, std::uint32_t material = 0, std::uint32_t mesh = 0,
                         int cells = 1) {
+    return add_object(a, material, mesh, [&] {
+      for (int axis = 0; axis < 3; ++axis)
+        for (int side = 0; side < 2; ++side) add_face(a, b, axis, side != 0, cells);
+    });
+  }
+  /// A rectangle across x, to be seen from greater x, or else from less.
+  std::uint32_t add_wall(Vec3f a, Vec3f b, bool faces_up, std::uint32_t material) {
+    return add_object(a, material, 0, [&] { add_face(a, b, 0, faces_up, 1); });
+  }
+  scene::Scene take() { return std::move(scene_); }
+
+ private:
+  template <typename AddFaces>
+  std::uint32_t add_object(Vec3f a, std::uint32_t material, std::uint32_t mesh,
+                           const AddFaces& add_faces) {
     scene::Object object;
     object.name = "box";
     object.node = static_cast<std::uint32_t>(scene_.objects.size());
@@ -27,16 +42,12 @@ class SceneBuilder {
     object.material = material;
     object.first_triangle = static_cast<std::uint32_t>(scene_.triangles.size());
     object.to_world.t = to_double(a);
-    for (int axis = 0; axis < 3; ++axis)
-      for (int side = 0; side < 2; ++side) add_face(a, b, axis, side != 0, cells);
+    add_faces();
     object.triangle_count =
         static_cast<std::uint32_t>(scene_.triangles.size()) - object.first_triangle;
     scene_.objects.push_back(object);
     return static_cast<std::uint32_t>(scene_.objects.size() - 1);
   }
-  scene::Scene take() { return std::move(scene_); }
-
- private:
   void add_face(Vec3f a, Vec3f b, int axis, bool upper, int cells) {
     const auto u = static_cast<std::size_t>((axis + 1) % 3),
                v = static_cast<std::size_t>((axis + 2) % 3);

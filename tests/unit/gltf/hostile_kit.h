@@ -256,12 +256,6 @@ const std::vector<Fault>& faults() {
          j["nodes"][0]["skin"] = 0;
        },
        kMalformed, "#/nodes/0"},
-      {"joints of two trees",
-       [](Json& j) {
-         j["skins"] = {{{"joints", {0, 1}}}};
-         j["nodes"].push_back(Json::object());
-       },
-       kMalformed, "#/skins/0"},
       {"skeleton beside its joints",
        [](Json& j) {
          j["nodes"][0]["children"] = {1, 2};

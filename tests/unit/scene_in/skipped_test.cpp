@@ -120,6 +120,16 @@ TEST(Skipped, SkinnedMeshesStandWhereTheirJointsStand) {
   EXPECT_EQ(scene.moving[0].rest.lower, (Vec3d{0, 0, 5}));
   EXPECT_EQ(scene.moving[0].rest.upper, (Vec3d{1, 1, 6}));
 
+  // Trees of the joints do not matter to where they stand.
+  builder.json["nodes"][1].erase("children");
+  builder.json["nodes"][2]["translation"] = {0, 0, 6};
+  builder.json["scenes"][0]["nodes"] = {0, 1, 2};
+  const auto forest = builder.read();
+  ASSERT_TRUE(forest.ok());
+  EXPECT_EQ(forest->warnings,
+            std::vector<std::string>{"scene.glb#/skins/0: the joints have no common root"});
+  EXPECT_EQ(read(builder).moving.at(0).rest.upper, (Vec3d{1, 1, 6}));
+
   builder.json["skins"][0]["joints"] = {1};
   const auto document = builder.read();
   ASSERT_TRUE(document.ok());

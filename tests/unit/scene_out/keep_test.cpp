@@ -120,6 +120,60 @@ TEST(Keep, WhatHangsOnJointsStays) {
   EXPECT_FALSE(named(out, "wall")->contains("mesh"));
 }
 
+TEST(Keep, SkinsOfJointsWithoutACommonRootStayAsTheyWere) {
+  FileBuilder file;
+  file.node({{"mesh", file.mesh({file.cube()})}, {"name", "wall"}});
+  Json skinned = file.cube();
+  std::vector<std::uint8_t> joints;
+  std::vector<float> weights;
+  for (std::uint8_t v = 0; v < 24; ++v) {
+    joints.insert(joints.end(), {static_cast<std::uint8_t>(v % 2), 0, 0, 0});
+    weights.insert(weights.end(), {1, 0, 0, 0});
+  }
+  skinned["attributes"]["JOINTS_0"] = file.accessor(joints, 5121, "VEC4");
+  skinned["attributes"]["WEIGHTS_0"] = file.accessor(weights, 5126, "VEC4");
+  const std::uint32_t left = file.node({{"name", "left"}, {"translation", {1, 0, 0}}});
+  const std::uint32_t right = file.node({{"name", "right"}, {"translation", {0, 2, 0}}});
+  const std::uint32_t body =
+      file.node({{"mesh", file.mesh({skinned})}, {"skin", 0}, {"name", "body"}});
+  file.json["skins"] = {{{"joints", {left, right}}, {"name", "both"}}};
+  file.animate(right, {0, 2, 0, 0, 3, 0});
+  const Json out = written(file);
+  EXPECT_EQ(out["skins"], file.json["skins"]);
+  for (const std::uint32_t node : {left, right}) {
+    EXPECT_EQ(out["nodes"][node], file.json["nodes"][node]);
+    const Json& roots = out["scenes"][0]["nodes"];
+    EXPECT_NE(std::find(roots.begin(), roots.end(), node), roots.end());
+  }
+  EXPECT_EQ(out["nodes"][body]["skin"], 0);
+  EXPECT_TRUE(out["nodes"][body].contains("mesh"));
+  EXPECT_EQ(out["animations"][0]["channels"][0]["target"]["node"], right);
+  EXPECT_FALSE(named(out, "wall")->contains("mesh"));
+}
+
+TEST(Keep, ObjectsWithAVariantThatIsSeenThroughAreKnown) {
+  FileBuilder file;
+  file.json["materials"] = {
+      {{"name", "plaster"}},
+      {{"name", "paint"}},
+      {{"name", "net"}, {"alphaMode", "MASK"}},
+      {{"name", "sheet"}, {"doubleSided", true}},
+      {{"name", "glass"}, {"extensions", {{"KHR_materials_transmission", Json::object()}}}}};
+  file.json["extensionsUsed"] = {"KHR_materials_variants", "KHR_materials_transmission"};
+  file.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "other"}}};
+  for (int other = 0; other < 5; ++other) {
+    Json wall = file.cube();
+    wall["material"] = 0;
+    if (other > 0)
+      wall["extensions"]["KHR_materials_variants"]["mappings"] = {
+          {{"material", other}, {"variants", {0}}}};
+    file.node({{"mesh", file.mesh({wall})}});
+  }
+  const Loaded in = load(file.glb());
+  EXPECT_EQ(opening_objects(in.document, in.scene),
+            (std::vector<bool>{false, false, true, true, true}));
+}
+
 TEST(Keep, OtherScenesKeepTheirNodes) {
   FileBuilder file;
   const std::uint32_t both = file.node({{"mesh", file.mesh({file.cube()})}, {"name", "both"}});
