@@ -5,7 +5,8 @@ beside what the scene takes once it is decoded.
   cost.py --modules NODE_MODULES [--scenes DIR] [--out DIR] [--lightbatch FILE] [--runs N] [--against NAME=RATIO...] [SCENE...]
 
 NODE_MODULES: a folder with @gltf-transform/cli. gltfpack is taken from PATH. CPU seconds (user and system, all processes) are
-medians of N runs, the programs by turns. Decoded: bytes of positions, normals, tangents, texture coordinates and colours
+medians of N runs, the programs by turns. Where join writes without the input's compression, it is held against a bake that
+does so, too (plain CPU s). Decoded: bytes of positions, normals, tangents, texture coordinates and colours
 as floats, indices of 4 bytes, each mesh once for each placement, and images in 8-bit RGBA. Peak: of the largest process,
 less what it takes for a scene of one triangle. Exit code 0: no more CPU than join on any scene, no more than RATIO times
 gltfpack's on the scenes NAMEd, and no more memory than 6 times the decoded bytes (or 16 MiB: threads have stacks).
@@ -87,6 +88,14 @@ def cpu_of(words):
     return used.ru_utime + used.ru_stime if status == 0 else None
 
 
+def is_compressed(path):
+    """Whether meshes of a .glb need a decoder. Reads no more than it must: children start as large as this process is."""
+    with path.open("rb") as file:
+        header = file.read(20)
+        required = json.loads(file.read(struct.unpack_from("<I", header, 12)[0])).get("extensionsRequired", [])
+    return any(name in required for name in ("KHR_draco_mesh_compression", "EXT_meshopt_compression"))
+
+
 def one_triangle(path):
     """Writes the smallest scene."""
     binary = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + b"\0" * 4
@@ -102,8 +111,8 @@ def one_triangle(path):
 
 
 def measure(words, scene):
-    """Medians of CPU seconds (ours, join's, gltfpack's) and our peak bytes."""
-    ours, join, pack, peaks = [], [], [], []
+    """Medians of CPU seconds (ours; plain, where join's output is; join's; gltfpack's) and our peak bytes."""
+    ours, plain, join, pack, peaks = [], [], [], [], []
     out = words.out / scene.stem
     for _ in range(words.runs):
         shutil.rmtree(out, ignore_errors=True)
@@ -112,11 +121,15 @@ def measure(words, scene):
             sys.exit(f"{scene}: exit code {code}; see {out}.log")
         ours.append(cpu)
         peaks.append(peak)
-        join.append(cpu_of([words.modules / ".bin/gltf-transform", "join", scene, words.out / "join.glb"]))
+        joined = words.out / "join.glb"
+        join.append(cpu_of([words.modules / ".bin/gltf-transform", "join", scene, joined]))
+        if join[-1] is not None and is_compressed(scene) and not is_compressed(joined):
+            shutil.rmtree(out)
+            plain.append(table.bake(words.lightbatch, scene, out, ["--no-lightmaps", "--quiet", "--compress", "none"])[2])
         if shutil.which("gltfpack"):
             pack.append(cpu_of(["gltfpack", "-i", scene, "-o", words.out / "pack.glb"]))
     median = lambda times: statistics.median(times) if times and None not in times else None
-    return median(ours), median(join), median(pack), statistics.median(peaks)
+    return median(ours), median(plain), median(join), median(pack), statistics.median(peaks)
 
 
 def main():
@@ -134,23 +147,24 @@ def main():
     one_triangle(words.out / "triangle.glb")
     least = table.bake(words.lightbatch, words.out / "triangle.glb", words.out / "triangle", ["--no-lightmaps", "--quiet"])[3]
     print(f"a scene of one triangle: {least / 2**20:.1f} MiB\n")
-    print("| scene | CPU s | join | / join | gltfpack | / gltfpack | decoded MiB | peak MiB | / decoded | |\n|" + " --- |" * 10)
+    print("| scene | CPU s | plain | join | / join | gltfpack | / gltfpack | decoded MiB | peak MiB | / decoded | |\n|" + " --- |" * 11)
     failed = 0
     for name in words.names or sorted(path.stem for path in words.scenes.glob("*.glb")):
         scene = words.scenes / f"{name}.glb"
-        ours, join, pack, peak = measure(words, scene)
+        ours, plain, join, pack, peak = measure(words, scene)
+        alike = ours if plain is None else plain
         decoded = decoded_bytes(scene)
         own = max(0, peak - least)
         short = []
-        if join is not None and ours > join:
+        if join is not None and alike > join:
             short.append("dearer than join")
         if name in limits and (pack is None or ours > float(limits[name]) * pack):
             short.append(f"more than {limits[name]} times gltfpack")
         if own > max(LARGEST_MEMORY * decoded, LITTLE_MEMORY):
             short.append(f"more than {LARGEST_MEMORY} times the memory")
         failed += bool(short)
-        ratio = lambda other: "refused | -" if other is None else f"{other:.2f} | {ours / other:.2f}"
-        print(f"| {name} | {ours:.2f} | {ratio(join)} | {ratio(pack)} | {decoded / 2**20:.2f} | {peak / 2**20:.1f} | "
+        ratio = lambda own, other: "refused | -" if other is None else f"{other:.2f} | {own / other:.2f}"
+        print(f"| {name} | {ours:.2f} | {'-' if plain is None else f'{plain:.2f}'} | {ratio(alike, join)} | {ratio(ours, pack)} | {decoded / 2**20:.2f} | {peak / 2**20:.1f} | "
               f"{own / decoded:.2f} | {', '.join(short) or 'ok'} |", flush=True)
     return 1 if failed else 0
 
