@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <set>
 
 #include "core/scene_out/json_access.h"
 #include "core/scene_out/references.h"
@@ -77,6 +78,39 @@ void drop_if_empty(Json& root, const char* key) {
   if (Json* list = member(root, key); list != nullptr && list->empty()) root.erase(key);
 }
 
+/// Buffer views whose buffer came without its data, as the format allows where nothing is drawn
+/// from them.
+std::vector<bool> views_without_data(const Json& root, std::span<const Bytes* const> buffers) {
+  std::vector<bool> absent;
+  for (const Json& view : root["bufferViews"]) {
+    const std::uint32_t b = index_at(view, "buffer");
+    const std::uint64_t end =
+        view.value("byteOffset", std::uint64_t{0}) + view.value("byteLength", std::uint64_t{0});
+    absent.push_back(b >= buffers.size() || buffers[b]->size() < end);
+  }
+  return absent;
+}
+
+/// Accessors and images let go of such views.
+void detach(Json& root, const std::vector<bool>& absent) {
+  const auto is_absent = [&](const Json& json) {
+    const std::uint32_t view = index_at(json, "bufferView");
+    return view < absent.size() && absent[view];
+  };
+  for (Json& accessor : root["accessors"]) {
+    if (is_absent(accessor)) {
+      accessor.erase("bufferView");
+      accessor.erase("byteOffset");
+    }
+    const Json* sparse = member(accessor, "sparse");
+    if (sparse != nullptr && (is_absent((*sparse)["indices"]) || is_absent((*sparse)["values"])))
+      accessor.erase("sparse");
+  }
+  if (Json* images = member(root, "images"))
+    for (Json& image : *images)
+      if (is_absent(image)) image.erase("bufferView");
+}
+
 }  // namespace
 
 void drop_meshes(Json& root, const Json& before) {
@@ -125,7 +159,11 @@ Bytes pack(Json& root, const Json& before, std::span<const Bytes* const> buffers
   if (Json* meshes = member(root, "meshes"))
     for (Json& mesh : *meshes) for_each_accessor_of_mesh(mesh, move);
 
-  ViewUses uses(root, pins.views);
+  const std::vector<bool> absent = views_without_data(root, buffers);
+  detach(root, absent);
+  std::set<std::uint32_t> pinned = pins.views;
+  std::erase_if(pinned, [&](std::uint32_t v) { return v < absent.size() && absent[v]; });
+  ViewUses uses(root, pinned);
   std::vector<bool> view_dead(root["bufferViews"].size());
   for (std::uint32_t v = 0; v < view_dead.size(); ++v) view_dead[v] = !uses.is_used(v);
   Bytes binary = uses.copy_ranges(root, buffers);
@@ -136,6 +174,8 @@ Bytes pack(Json& root, const Json& before, std::span<const Bytes* const> buffers
   for_each_view(root, [&](Json& slot) { renumber(slot, view_number); });
 
   for (const char* key : {"accessors", "bufferViews"}) drop_if_empty(root, key);
+  // Views that only unread extensions name need a buffer to lie in.
+  if (binary.empty() && count_of(root, "bufferViews") > 0) binary.resize(4);
   Json buffer{{"byteLength", binary.size()}};
   if (count_of(root, "buffers") > 0)
     for (const char* key : {"name", "extras"})

@@ -58,6 +58,37 @@ TEST(Pack, PartsOfSharedViewsAreDropped) {
   }
 }
 
+/// A buffer without bytes is allowed where nothing is drawn from it; its length may be any lie.
+TEST(Pack, BuffersWithoutDataAreLetGo) {
+  FileBuilder file;
+  file.node({{"mesh", file.mesh({file.cube()})}});
+  Json& json = file.json;
+  json["buffers"] = Json::array({Json::object(), {{"byteLength", 1ull << 50}}});
+  const std::size_t view = json["bufferViews"].size();
+  json["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 1ull << 50}});
+  json["accessors"].push_back({{"bufferView", view},
+                               {"byteOffset", 4},
+                               {"componentType", 5121},
+                               {"count", 9},
+                               {"type", "SCALAR"}});
+  json["images"] = {{{"bufferView", view}, {"mimeType", "image/png"}}};
+  // Something that nobody understands counts on the numbers of views.
+  for (const bool pinned : {false, true}) {
+    if (pinned) {
+      json["extensions"]["VENDOR_views"] = {{"bufferView", view}};
+      json["extensionsUsed"] = {"VENDOR_views"};
+    }
+    const auto in = load(file.glb());
+    const auto out = testing::read(write(in, true).glb);
+    ASSERT_EQ(out.buffers.size(), 1u);
+    EXPECT_LT(out.buffers[0].size(), 10'000u);
+    EXPECT_FALSE(out.json["images"][0].contains("bufferView"));
+    for (const Json& accessor : out.json["accessors"])
+      EXPECT_NE(accessor.value("count", 0) == 9, accessor.contains("bufferView"));
+    EXPECT_EQ(out.json["bufferViews"].size() > view, pinned);
+  }
+}
+
 /// Numbers in extensions that nobody understands must still mean the same afterwards.
 TEST(Pack, UnknownExtensionsPinWhatTheyMayMean) {
   FileBuilder file;
