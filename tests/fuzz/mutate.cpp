@@ -130,8 +130,9 @@ std::optional<Parts> split(const Bytes& file) {
   return parts;
 }
 
-Bytes damage(const Bytes& file, const std::optional<Parts>& parts, Random& random) {
-  const std::uint64_t changes = 1 + random.below(4);
+Bytes damage(const Bytes& file, const std::optional<Parts>& parts, Random& random,
+             std::uint64_t most) {
+  const std::uint64_t changes = 1 + random.below(most);
   if (!parts || random.below(8) == 0) {
     Bytes bytes = file;
     for (std::uint64_t i = 0; i < changes; ++i) change_bytes(bytes, random);

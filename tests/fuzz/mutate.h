@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -17,8 +18,9 @@ struct Parts {
 /// nullopt for what is no readable container; damage() still takes its bytes.
 std::optional<Parts> split(const Bytes& file);
 
-/// One to four changes: JSON values replaced by telling ones, removed, copied from elsewhere or
+/// One to `most` changes: JSON values replaced by telling ones, removed, copied from elsewhere or
 /// repeated; bytes of the binary changed; or bytes of the whole file, header included.
-Bytes damage(const Bytes& file, const std::optional<Parts>& parts, Random& random);
+Bytes damage(const Bytes& file, const std::optional<Parts>& parts, Random& random,
+             std::uint64_t most = 4);
 
 }  // namespace lightbatch::fuzz
