@@ -96,6 +96,7 @@ class MeshCheck {
     LB_RETURN_IF_ERROR(check_targets(primitive, path, count));
     LB_RETURN_IF_ERROR(check_sets(attributes, attribute_path));
     LB_RETURN_IF_ERROR(check_indices(primitive, path, *count));
+    check_corners(primitive, path, *count);
     const std::uint32_t material = index_field(primitive, "material");
     if (material == kAbsent) return {};
     for (const std::uint32_t set : slots_[material]) {
@@ -105,6 +106,21 @@ class MeshCheck {
                                         name + ", which the primitive lacks");
     }
     return {};
+  }
+
+  /// Corners that make up no whole line or triangle are drawn by nobody.
+  void check_corners(const Json& primitive, const JsonPath& path, std::uint64_t vertices) {
+    const std::uint32_t accessor = index_field(primitive, "indices");
+    const std::uint64_t corners =
+        accessor == kAbsent ? vertices : unsigned_field(accessors_[accessor], "count");
+    const std::uint64_t mode = unsigned_field(primitive, "mode", 4);
+    const bool whole = mode == 0   ? true
+                       : mode == 1 ? corners % 2 == 0
+                       : mode == 4 ? corners % 3 == 0
+                                   : corners >= (mode < 4 ? 2u : 3u);
+    if (whole) return;
+    warnings_.push_back(path.text() + ": " + std::to_string(corners) +
+                        " corners do not fit its mode; what is over is not drawn");
   }
 
   Status check_targets(const Json& primitive, const JsonPath& path,

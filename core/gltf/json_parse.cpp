@@ -1,3 +1,5 @@
+#include <cstddef>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -124,6 +126,39 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
   bool over_budget_ = false;
 };
 
+/// Reads as a pointer does, and tells how far.
+class CountingIterator {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  CountingIterator(const char* at, const char** farthest) : at_(at), farthest_(farthest) {}
+  reference operator*() const { return *at_; }
+  CountingIterator& operator++() {
+    *farthest_ = ++at_;
+    return *this;
+  }
+  bool operator==(const CountingIterator& other) const { return at_ == other.at_; }
+  bool operator!=(const CountingIterator& other) const { return at_ != other.at_; }
+
+ private:
+  const char* at_;
+  const char** farthest_;
+};
+
+/// Where the builder refuses a text that it has refused before. The parser does not tell its
+/// events where they are.
+std::size_t refused_at(std::string_view text, int depth, std::uint64_t max_memory) {
+  TreeBuilder builder(depth, max_memory);
+  const char* farthest = text.data();
+  Json::sax_parse(CountingIterator(text.data(), &farthest),
+                  CountingIterator(text.data() + text.size(), &farthest), &builder);
+  return static_cast<std::size_t>(farthest - text.data());
+}
+
 }  // namespace
 
 Result<Json> parse_json(std::string_view text, const std::string& place, int depth,
@@ -135,8 +170,9 @@ Result<Json> parse_json(std::string_view text, const std::string& place, int dep
   TreeBuilder builder(depth, max_memory);
   const bool done = Json::sax_parse(text.begin(), text.end(), &builder);
   if (done && builder.error().empty()) return builder.take();
-  std::string where = place;
-  if (builder.has_offset()) where += "@" + std::to_string(base_offset + builder.error_offset());
+  const std::size_t offset =
+      builder.has_offset() ? builder.error_offset() : refused_at(text, depth, max_memory);
+  const std::string where = place + "@" + std::to_string(base_offset + offset);
   if (builder.is_over_budget()) return over_budget(where, builder.error());
   return malformed(where, "not valid JSON: " + builder.error());
 }

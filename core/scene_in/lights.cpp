@@ -101,6 +101,11 @@ Status read_lights(const gltf::Document& document, const tinygltf::Model& model,
       continue;
     }
     light.name = source.name.empty() ? gltf::text_field(node, "name") : source.name;
+    const gltf::Json& stated =
+        document.json["extensions"]["KHR_lights_punctual"]["lights"][light.gltf_index];
+    if (stated.contains("range") && source.range == 0) {
+      scene.warnings.push_back(place + ": a range of 0 is taken as no limit");
+    }
     if (!set_light(source, light)) {
       scene.warnings.push_back(place + ": a value was out of its range and is clamped");
     }

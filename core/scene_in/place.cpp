@@ -77,11 +77,15 @@ class Placer {
   }
 
   Status choose_origin(const std::string& file) {
-    const Aabbd box = box_of_areas();
+    const std::vector<Aabbd> boxes = boxes_of_areas();
+    Aabbd box;
+    for (const Aabbd& part : boxes) box.add(part);
     if (box.is_empty()) return {};
     const double size = box.diagonal();
     if (!std::isfinite(size) || size > kLargestScene || !is_finite(box.centre())) {
-      return malformed(file, "the scene is larger than 1e15 metres or not finite");
+      return malformed(file + "#/nodes/" + std::to_string(farthest_node(boxes)),
+                       "the scene is larger than 1e15 metres or not finite; this node reaches "
+                       "farthest: check its transform, those above it and its positions");
     }
     const double grid = std::ldexp(1.0, std::max(-300, std::ilogb(std::max(size, 1e-300)) - 3));
     const Vec3d centre = box.centre();
@@ -208,7 +212,8 @@ class Placer {
   }
 
   /// World box of the triangles that have an area; these are kept.
-  Aabbd box_of_areas() {
+  /// Of each piece.
+  std::vector<Aabbd> boxes_of_areas() {
     std::vector<Aabbd> boxes(pieces_.size());
     for_each_triangle([&](std::size_t i, std::size_t t, std::uint8_t& keep) {
       const Primitive& primitive = primitive_of(pieces_[i].placement);
@@ -224,9 +229,16 @@ class Placer {
         boxes[i].add(is_finite(p) ? p : Vec3d{kInfinity, kInfinity, kInfinity});
       }
     });
-    Aabbd box;
-    for (const Aabbd& part : boxes) box.add(part);
-    return box;
+    return boxes;
+  }
+
+  std::uint32_t farthest_node(const std::vector<Aabbd>& boxes) const {
+    const auto reach = [](const Aabbd& box) {
+      return box.is_empty() ? 0.0 : std::max(largest_part(box.lower), largest_part(box.upper));
+    };
+    const auto farthest = std::ranges::max_element(boxes, {}, reach);
+    const auto piece = static_cast<std::size_t>(farthest - boxes.begin());
+    return placements_[pieces_[piece].placement].object.node;
   }
 
   const std::vector<Placement>& placements_;

@@ -81,7 +81,9 @@ scene::TextureSlot TextureReader::make(int texture, double texcoord,
     texcoord = number(*transform, "texCoord", texcoord);
   }
   if (texcoord > 1 || !is_finite_slot(slot)) {
-    warnings_.push_back(place + ": texture left out: only TEXCOORD_0 and TEXCOORD_1 are read");
+    warnings_.push_back(
+        place + (texcoord > 1 ? ": texture left out: only TEXCOORD_0 and TEXCOORD_1 are read"
+                              : ": texture left out: its KHR_texture_transform is too large"));
     ++not_decoded_;
     return {};
   }

@@ -55,6 +55,16 @@ TEST(Hostile, OddValuesAreSaid) {
                    "SOMETHING"),
             "said");
   EXPECT_EQ(warned([](Json& j) { j["images"] = {Json::object()}; }, "/images/0"), "said");
+  EXPECT_EQ(warned([](Json& j) { j["accessors"][1]["count"] = 5; }, "5 corners"), "said");
+  EXPECT_EQ(warned(
+                [](Json& j) {
+                  j["accessors"][1]["count"] = 2;
+                  j["meshes"][0]["primitives"][0]["mode"] = 5;
+                },
+                "2 corners"),
+            "said");
+  EXPECT_EQ(warned([](Json& j) { j["meshes"][0]["primitives"][0]["mode"] = 6; }, "corners"),
+            "not a word");
 }
 
 TEST(Hostile, BudgetsHold) {

@@ -40,6 +40,9 @@ TEST(JsonParse, NamesTheByteOfTheFault) {
   const auto json = parse_json("{\"a\": ?}", "s.glb", 64, kMemory, 20);
   ASSERT_FALSE(json.ok());
   EXPECT_EQ(json.status().place(), "s.glb@27");
+  // What the builder refuses rather than the parser.
+  EXPECT_EQ(parse(R"({"a": 1, "a": 2})").status().place(), "t.gltf@12");
+  EXPECT_EQ(parse("[[[[]]]]", 3).status().place(), "t.gltf@4");
 }
 
 TEST(JsonParse, DepthIsLimited) {

@@ -168,6 +168,19 @@ TEST(Geometry, TooLargeToTellIsRefused) {
   }
 }
 
+TEST(Geometry, TheNodeThatReachesTooFarIsNamed) {
+  SceneBuilder builder;
+  builder.square();
+  for (int i = 1; i <= 4; ++i) {
+    builder.json["nodes"].push_back(
+        {{"mesh", 0}, {"translation", {i == 3 ? -1e20 : 1e3 * i, 0, 0}}});
+    builder.json["scenes"][0]["nodes"].push_back(i);
+  }
+  const auto document = builder.read();
+  ASSERT_TRUE(document.ok());
+  EXPECT_EQ(read_scene(*document, {}).status().place(), "scene.glb#/nodes/3");
+}
+
 TEST(Geometry, ObjectsWithNothingLeftAreGone) {
   SceneBuilder builder;
   builder.mesh({0, 0, 0, 1, 0, 0, 2, 0, 0}, {});

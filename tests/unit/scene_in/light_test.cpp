@@ -75,6 +75,15 @@ TEST(Light, BadValuesAreMadeHarmless) {
   EXPECT_EQ(scene.warnings.size(), 1u);
 }
 
+TEST(Light, ARangeOfZeroIsNoLimitAndSaid) {
+  const scene::Scene scene = read(lit({{"type", "point"}, {"range", 0}}));
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(scene.lights[0].range, 0);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_NE(scene.warnings[0].find("range of 0"), std::string::npos);
+  EXPECT_TRUE(read(lit({{"type", "point"}})).warnings.empty());
+}
+
 TEST(Light, FartherThanAnyMeshMayBeIsRefused) {
   for (const double x : {1e16, 1e39, 1e200}) {
     const auto document = lit({{"type", "point"}}, {{"translation", {1, x, 1}}}).read();

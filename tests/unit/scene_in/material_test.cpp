@@ -244,6 +244,20 @@ TEST(Texture, ThirdCoordinateSetCountsAsAbsent) {
   EXPECT_EQ(scene.counts.textures_not_decoded, 1u);
 }
 
+TEST(Texture, ATransformTooLargeIsNamedAsSuch) {
+  SceneBuilder builder = textured_square(
+      {{"pbrMetallicRoughness",
+        {{"baseColorTexture",
+          {{"index", 0}, {"extensions", {{kTransform, {{"offset", {1e300, 0}}}}}}}}}}});
+  use(builder, kTransform);
+  add_image(builder, 2);
+  builder.json["textures"] = {{{"source", 0}}};
+  const scene::Scene scene = read(builder);
+  EXPECT_FALSE(scene.materials[0].base_color_texture.present());
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_NE(scene.warnings[0].find(kTransform), std::string::npos) << scene.warnings[0];
+}
+
 TEST(Texture, QuantisedCoordinates) {
   SceneBuilder builder =
       textured_square({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
