@@ -1,6 +1,7 @@
 #include "client/cli/job_commands.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <fstream>
 #include <optional>
@@ -79,7 +80,9 @@ Target choose_target(v1::JobKind kind, const JobWords& words) {
   static const std::vector<std::string> kFileKinds = {".glb",  ".svg",  ".png",
                                                       ".json", ".html", ".csv"};
   std::error_code error;
-  const std::string extension = output.extension().string();
+  std::string extension = output.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (kind == v1::JOB_KIND_HIERARCHY && !std::filesystem::is_directory(output, error) &&
       std::find(kFileKinds.begin(), kFileKinds.end(), extension) != kFileKinds.end()) {
     target.extension = extension;

@@ -8,6 +8,7 @@
 #include "client/cli/output.h"
 #include "client/cli/session.h"
 #include "client/cli/store_commands.h"
+#include "client/cli/word_checks.h"
 #include "core/pipeline/job.h"
 #include "server/worker.h"
 
@@ -41,7 +42,8 @@ struct Words {
 
 void add_common(CLI::App& command, Words& words) {
   command.add_option("--server", words.server.address, "Daemon to use, HOST:PORT")
-      ->envname("LIGHTBATCH_SERVER");
+      ->envname("LIGHTBATCH_SERVER")
+      ->check(server_address);
   command.add_option("--data-dir", words.server.data,
                      "Without --server: keep jobs and cached results in this folder");
   command
@@ -60,7 +62,9 @@ void add_common(CLI::App& command, Words& words) {
 
 void add_scene(CLI::App& command, Words& words) {
   command.add_option("SCENE", words.job.scene, "The scene: .gltf or .glb")->required();
-  command.add_option("--seed", words.job.seed, "Seed of all random numbers")->capture_default_str();
+  command.add_option("--seed", words.job.seed, "Seed of all random numbers")
+      ->check(whole_number)
+      ->capture_default_str();
   command.add_option("--threads", words.job.threads, "Threads; results do not depend on it")
       ->check(CLI::Range(1, 1024));
   command.add_option("--report", words.job.report, "Write report.json to this file too");
@@ -115,11 +119,6 @@ void add_light(CLI::App& command, Words& words) {
           "Geometry of scene.glb: none, meshopt (exact), draco (smaller, rounded); default: "
           "as the input was")
       ->check(CLI::IsMember({"none", "meshopt", "draco"}));
-  command
-      .add_option("--quantize", words.job.quantize,
-                  "16-bit integers in scene.glb: none, all (report.json says how far vertices "
-                  "moved); default: as the input was")
-      ->check(CLI::IsMember({"none", "all"}));
   command.add_flag("--pvs", words.job.pvs,
                    "Write pvs.json: which batches can be seen from which cells of walkable space");
   command.add_flag("--no-batches", words.job.no_batches, "Leave the scene's nodes as they are");
@@ -224,12 +223,20 @@ int run(int argc, char** argv) {
   scene->require_subcommand(1);
   auto* office = scene->add_subcommand("office", "An office building of any size");
   office->add_option("--triangles", words.triangles, "About so many triangles")
+      ->check(whole_number)
       ->capture_default_str();
-  office->add_option("--seed", words.job.seed, "Another building")->capture_default_str();
+  office->add_option("--seed", words.job.seed, "Another building")
+      ->check(whole_number)
+      ->capture_default_str();
   office->add_option("-o,--output", words.office_file, "File to write")->capture_default_str();
 
+  refuse_empty_values(app);
   try {
     app.parse(join_effects(argc, argv));
+  } catch (const CLI::RequiredError& error) {
+    if (const auto unknown = unknown_command(app, argc, argv)) return usage_error(*unknown);
+    app.exit(error);
+    return kBadUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kBadUsage;
   }

@@ -132,6 +132,7 @@ int fetch_job(const ServerOptions& server, const std::string& job, const std::st
 }
 
 int make_office(std::uint64_t triangles, std::uint64_t seed, const std::string& file) {
+  if (const auto complaint = OutputPlace::check_file(file)) return usage_error(*complaint);
   const auto bytes = generate::office_glb(triangles, seed);
   if (!bytes.ok()) return usage_error(bytes.status().to_string());
   if (const Status written = write_file(file, *bytes); !written.ok()) {

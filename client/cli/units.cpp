@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 
 namespace lightbatch::cli {
@@ -39,6 +40,23 @@ std::optional<double> parse_duration(std::string_view text) {
   const auto number = parse_number(text);
   if (!number || !(*number > 0)) return std::nullopt;
   return *number * unit;
+}
+
+bool is_whole_number(std::string_view text) {
+  std::uint64_t value = 0;
+  const char* end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data(), end, value);
+  return !text.empty() && parsed.ec == std::errc() && parsed.ptr == end;
+}
+
+bool is_server_address(std::string_view text) {
+  const std::size_t colon = text.rfind(':');
+  if (text.starts_with("unix:") || text.find('/') != std::string_view::npos) return true;
+  if (colon == std::string_view::npos || colon == 0) return false;
+  int port = 0;
+  const char* end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data() + colon + 1, end, port);
+  return parsed.ec == std::errc() && parsed.ptr == end && port >= 1 && port <= 65535;
 }
 
 std::vector<std::string> split_list(std::string_view text) {

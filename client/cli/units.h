@@ -13,6 +13,10 @@ std::optional<double> parse_error_bound(std::string_view text);
 std::optional<double> parse_duration(std::string_view text);
 /// A number alone: "1000", "2.5e3".
 std::optional<double> parse_number(std::string_view text);
+/// Digits alone that fit 64 bits.
+bool is_whole_number(std::string_view text);
+/// "HOST:PORT", with the port from 1 to 65535; "unix:PATH" and other schemes with a slash pass.
+bool is_server_address(std::string_view text);
 /// "a,b,c" -> parts without surrounding blanks; empty parts are kept.
 std::vector<std::string> split_list(std::string_view text);
 

@@ -73,6 +73,8 @@ Result<JobOutcome> run_hierarchy(const JobOptions& options, const JobInput& inpu
   progress.report("drawings", 0);
   std::vector<int> levels = options.levels;
   if (levels.empty()) levels.assign(std::begin(kFigureLevels), std::end(kFigureLevels));
+  std::sort(levels.begin(), levels.end());
+  levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
   std::vector<BoxLevel> boxes;
   std::vector<report::Picture> pictures;
   for (const int level : levels) {

@@ -32,6 +32,25 @@ TEST(Units, Durations) {
   }
 }
 
+TEST(Units, WholeNumbers) {
+  for (const char* word : {"0", "7", "18446744073709551615"}) EXPECT_TRUE(is_whole_number(word));
+  for (const char* word : {"", "-1", "+1", "1.0", "1e3", "0x10", " 1", "18446744073709551616"}) {
+    EXPECT_FALSE(is_whole_number(word)) << word;
+  }
+}
+
+TEST(Units, ServerAddresses) {
+  for (const char* word : {"localhost:7411", "[::1]:1", "10.0.0.1:65535", "unix:/run/lightbatch",
+                           "dns:///host:7411", "dns:///host"}) {
+    EXPECT_TRUE(is_server_address(word)) << word;
+  }
+  // gRPC takes a port modulo 65536.
+  for (const char* word : {"", "localhost", ":7411", "localhost:", "localhost:0", "localhost:65536",
+                           "localhost:-1", "localhost:74x"}) {
+    EXPECT_FALSE(is_server_address(word)) << word;
+  }
+}
+
 TEST(Units, TextForPeople) {
   EXPECT_EQ(format_seconds(3.21), "3.2 s");
   EXPECT_EQ(format_seconds(42), "42 s");
