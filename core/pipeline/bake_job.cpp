@@ -35,6 +35,8 @@ constexpr int kReportLevels[] = {3, 6, 9, 13};
 
 /// Of a time budget: no second pilot is started after it.
 constexpr double kPilotShare = 0.15;
+/// What a bake may take of its time budget before it says so.
+constexpr double kBudgetSlack = 1.1;
 
 /// All that a bake makes before it writes.
 struct Made {
@@ -114,15 +116,6 @@ scene_out::Compression compression_of(const JobOptions& options, const gltf::Doc
   return document.had_draco ? Written::kDraco : Written::kPlain;
 }
 
-scene_out::Quantization quantization_of(const JobOptions& options,
-                                        scene_out::Compression compression) {
-  using Written = scene_out::Quantization;
-  if (compression == scene_out::Compression::kDraco) return Written::kOff;
-  return options.quantization == Quantization::kAll    ? Written::kAll
-         : options.quantization == Quantization::kNone ? Written::kOff
-                                                       : Written::kAsInput;
-}
-
 Status write_scenes(const JobOptions& options, const Prepared& p, const Made& made, Json& report,
                     Artifacts& artifacts) {
   scene_out::LightmapImages images;
@@ -133,10 +126,6 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   scene_out::WriteOptions write;
   write.remove_lights = options.lightmaps && options.lights == LightsPolicy::kRemove;
   write.compression = compression_of(options, p.document);
-  write.quantization = quantization_of(options, write.compression);
-  if (options.quantization == Quantization::kAll &&
-      write.quantization != scene_out::Quantization::kAll)
-    report["warnings"].push_back("not quantized: the input's Draco compression rounds by itself");
   if (!made.light.probes.grid.positions.empty()) {
     write.extras["probes"] = {{"file", "probes.json"}};
     LB_RETURN_IF_ERROR(artifacts.add("probes.json", scene_out::probes_file(made.light.probes)));
@@ -147,23 +136,21 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   }
   const batches::BatchPlan* plan = options.batches ? &made.plan : nullptr;
   const atlas::Layout* layout = options.lightmaps ? &made.places.layout : nullptr;
-  const auto tell = [&](const scene_out::WriteFacts& facts) {
-    if (facts.quantized > 0)
-      report["quantized"] = {{"primitives", facts.quantized},
-                             {"position_error_metres", facts.position_error}};
+  const auto warn_if_plain = [&](bool compressed) {
     if (options.compression == Compression::kAsInput || options.compression == Compression::kNone ||
-        facts.compressed)
+        compressed)
       return;
     report["warnings"].push_back(
         "nothing is compressed: the scene has no geometry that this compression can hold (indexed "
         "triangles, without morph targets; for Draco without joints, too)");
   };
-  scene_out::WriteFacts facts;
+  bool compressed = false;
   if (options.carrier != Carrier::kPortable) {
-    LB_ASSIGN_OR_RETURN(const Bytes glb, scene_out::write_scene(
-                                             p.document, *p.scene, plan, layout,
-                                             options.lightmaps ? &images : nullptr, write, &facts));
-    tell(facts);
+    LB_ASSIGN_OR_RETURN(
+        const Bytes glb,
+        scene_out::write_scene(p.document, *p.scene, plan, layout,
+                               options.lightmaps ? &images : nullptr, write, &compressed));
+    warn_if_plain(compressed);
     LB_RETURN_IF_ERROR(artifacts.add("scene.glb", glb));
   }
   if (options.carrier == Carrier::kLightmap) return {};
@@ -179,8 +166,8 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
     return p.optics->emission(triangle, u, v);
   };
   LB_ASSIGN_OR_RETURN(const Bytes glb, scene_out::write_scene(p.document, *p.scene, plan, nullptr,
-                                                              nullptr, write, &facts));
-  tell(facts);
+                                                              nullptr, write, &compressed));
+  warn_if_plain(compressed);
   return artifacts.add(options.carrier == Carrier::kPortable ? "scene.glb" : "scene_portable.glb",
                        glb);
 }
@@ -215,6 +202,12 @@ std::vector<report::Picture> pictures(const JobOptions& options, const Prepared&
   return list;
 }
 
+/// Seconds of a time budget that the bake did not keep; 0 when it did.
+double missed_budget(const Json& report) {
+  const double budget = report["options"].value("time_budget_seconds", 0.0);
+  return budget > 0 && report["total"].value("seconds", 0.0) > kBudgetSlack * budget ? budget : 0;
+}
+
 std::string summary_of(const Json& report) {
   char text[512];
   std::string summary;
@@ -245,7 +238,12 @@ std::string summary_of(const Json& report) {
   std::snprintf(text, sizeof text, "time     %.2f s, %.0f MB\n",
                 report["total"].value("seconds", 0.0),
                 report["total"].value("peak_bytes", 0.0) / 1e6);
-  return summary + text;
+  summary += text;
+  if (const double budget = missed_budget(report); budget > 0) {
+    std::snprintf(text, sizeof text, "budget   missed: %.4g s were asked\n", budget);
+    summary += text;
+  }
+  return summary;
 }
 
 }  // namespace
@@ -305,6 +303,14 @@ Result<JobOutcome> run_bake(const JobOptions& options, const JobInput& input,
   const std::vector<report::Picture> shown = pictures(options, p, made);
   clock.stop();
   report_stages(report, clock);
+  if (const double budget = missed_budget(report); budget > 0) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the time budget of %.4g s was missed: the bake took %.4g s; `lightbatch quote` "
+                  "tells what coarse bakes take",
+                  budget, report["total"].value("seconds", 0.0));
+    report["warnings"].push_back(text);
+  }
   LB_RETURN_IF_ERROR(artifacts.add("report.json", report.dump(1) + "\n"));
   LB_RETURN_IF_ERROR(artifacts.add("report.html", report::html(report, shown)));
   if (progress.cancelled()) return cancelled();

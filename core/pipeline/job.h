@@ -13,7 +13,6 @@ namespace lightbatch::pipeline {
 
 enum class JobKind { kBake, kPlan, kQuote, kSweep, kHierarchy, kRelight, kViews };
 enum class Compression { kAsInput, kNone, kMeshopt, kDraco };
-enum class Quantization { kAsInput, kNone, kAll };
 enum class Carrier { kLightmap, kPortable, kBoth };
 enum class LightsPolicy { kRemove, kKeep };
 enum class SolverMode { kAuto, kStoredRay, kLinked };
@@ -40,7 +39,6 @@ struct JobOptions {
   bool pvs = false;                 // write potentially visible sets
   bool keep_materials = false;      // none merged through vertex colours
   Compression compression = Compression::kAsInput;
-  Quantization quantization = Quantization::kAsInput;
   bool batches = true;
   bool lightmaps = true;
   std::vector<std::string> effects;  // "+shadows", "-sky": overrides of the effect plan

@@ -136,26 +136,6 @@ class CommandLine(programs.WithFolder):
         self.assertIn("office.glb", table.stdout)
         self.assertEqual(lightbatch("views", office, self.path("none.glb"), "-q").returncode, 2)
 
-    def test_vertices_of_16_bits_on_request(self):
-        document, binary = programs.room_document()
-        scene = self.write("room.glb", programs.glb(document, binary))
-        sizes = {}
-        for words in ([], ["--quantize", "all"], ["--quantize", "none"]):
-            done = lightbatch("bake", scene, "-o", self.path("out"), "--no-lightmaps", *words)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            with open(self.path("out", "report.json")) as file:
-                report = json.load(file)
-            name = words[-1] if words else "as input"
-            self.assertEqual(report["options"]["quantization"], name)
-            self.assertEqual("quantized" in report, name == "all")
-            sizes[name] = os.path.getsize(self.path("out", "scene.glb"))
-            if name == "all":
-                self.assertLess(report["quantized"]["position_error_metres"], 1e-3)
-        self.assertEqual(sizes["none"], sizes["as input"])
-        both = lightbatch("bake", scene, "-o", self.path("out"), "--no-lightmaps",
-                          "--quantize", "all", "--compress", "draco")
-        self.assertEqual(both.returncode, 2, both.stderr)
-
     def test_a_compression_that_holds_nothing_is_told(self):
         document, binary = programs.room_document()
         self.write("room.glb", programs.glb(document, binary))
@@ -256,7 +236,13 @@ class CommandLine(programs.WithFolder):
                       ["bake", scene, "--sky", self.path("missing.hdr")], ["bake", self.folder], ["bake", "/dev/null"],
                       ["bake", scene, "-o", scene], ["bake", scene, "-o", scene + "/out"],
                       ["bake", scene, "-o", self.path("new"), "--report", self.path("no/r.json")],
-                      ["hierarchy", scene, "-o", self.path("no/boxes.glb")]]:
+                      ["hierarchy", scene, "-o", self.path("no/boxes.glb")],
+                      ["scene", "office", "-o", self.path("no/office.glb")], ["scene", "house"],
+                      ["plan", scene, "--seed", "-1"], ["plan", scene, "--seed", str(2**64)],
+                      ["scene", "office", "--triangles", "1e4"],
+                      ["bake", scene, "--target-error", ""], ["bake", scene, "--sky", ""],
+                      ["bake", scene, "-o", ""], ["bake", ""], ["jobs", "--server", "localhost"],
+                      ["jobs", "--server", "localhost:99999"], ["jobs", "--server", ":7411"]]:
             self.assertEqual(lightbatch(*words).returncode, 2, words)
         self.assertFalse(os.path.exists(self.path("new")))
         views = self.write("my views.json", b"[{}]")
@@ -268,6 +254,29 @@ class CommandLine(programs.WithFolder):
         self.assertEqual(lightbatch("--help").returncode, 0)
         self.assertEqual(lightbatch("bake", "--help").returncode, 0)
         self.assertEqual(lightbatch("--version").returncode, 0)
+
+    def test_unknown_commands_are_named(self):
+        for words in (["roast", "room.glb"], ["scene", "house"]):
+            self.assertIn("'%s'" % words[-1] if words[0] == "scene" else "'roast'",
+                          lightbatch(*words).stderr)
+
+    def test_a_missed_time_budget_is_told(self):
+        scene = self.write("room.glb", programs.room_glb())
+        for budget, missed in (("1ms", True), ("1h", False)):
+            done = lightbatch("bake", scene, "-o", self.path("out"), "--texels-per-metre", "4",
+                              "--time-budget", budget, "-q")
+            self.assertIn(done.returncode, (0, 4), done.stderr)
+            with open(self.path("out", "report.json")) as file:
+                warnings = json.load(file)["warnings"]
+            self.assertEqual(any("time budget" in w for w in warnings), missed, warnings)
+            self.assertEqual("missed" in done.stdout, missed, done.stdout)
+
+    def test_levels_may_be_named_twice(self):
+        scene = self.write("room.glb", programs.room_glb())
+        drawn = lightbatch("hierarchy", scene, "--levels", "1,0,1", "-q", "-o", self.path("boxes"))
+        self.assertEqual(drawn.returncode, 0, drawn.stderr)
+        self.assertEqual({name for name in os.listdir(self.path("boxes")) if name.endswith(".png")},
+                         {"boxes_0.png", "boxes_1.png"})
 
     def test_file_names_of_all_kinds(self):
         for name in ["x" * 79 + "\u00fc.glb", "\u65e5\u672c" * 30 + ".glb", b"\xfc.glb", "back\\slash.glb", "new\nline.glb"]:
