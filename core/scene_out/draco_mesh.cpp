@@ -57,14 +57,14 @@ bool is_position(const AttributeType& type) {
 DracoGrid grid_of(const AttributeType& type, const Bytes& data, float step) {
   DracoGrid grid;
   const Bounds b = bounds_of(type, data);
-  const int bits = static_cast<int>(std::ceil(std::log2(extent_of(b) / step + 2)));
-  if (!(bits <= kMostBits)) return grid;
+  const float bits = std::ceil(std::log2(extent_of(b) / step + 2));
+  if (!(bits <= static_cast<float>(kMostBits))) return grid;  // infinite, too
   for (const float low : b.low) {
     const float origin = std::floor(low / step) * step;
     if (!(std::abs(origin) < step * (1 << 23))) return grid;
     grid.origin.push_back(origin);
   }
-  grid.bits = std::max(bits, 1);
+  grid.bits = std::max(static_cast<int>(bits), 1);
   grid.step = step;
   return grid;
 }

@@ -278,6 +278,27 @@ TEST(Draco, TrianglesThatPackWellAreStoredPlainly) {
             3000u);
 }
 
+/// No grid holds these: they are stored as they are.
+TEST(Draco, HugeTextureCoordinatesStayExact) {
+  for (const float huge : {1e10f, 1e30f, 3e38f}) {
+    FileBuilder file;
+    Json cube = file.cube();
+    std::vector<float> uv(48, 0.5f);
+    uv[7] = huge;
+    uv[8] = -huge;
+    cube["attributes"]["TEXCOORD_0"] = file.accessor(uv, 5126, "VEC2");
+    file.node({{"mesh", file.mesh({cube})}});
+    WriteOptions options;
+    options.compression = Compression::kDraco;
+    const auto out = testing::read(write(load(file.glb()), true, nullptr, {}, options).glb);
+    EXPECT_TRUE(out.had_draco);
+    const auto after =
+        *gltf::read_values(out, out.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]);
+    EXPECT_EQ(std::count(after.data.begin(), after.data.end(), huge), 1) << huge;
+    EXPECT_EQ(std::count(after.data.begin(), after.data.end(), -huge), 1) << huge;
+  }
+}
+
 TEST(Draco, LeavesWhatItCannotHold) {
   FileBuilder file = grid(2);
   Json morphed = file.cube();
