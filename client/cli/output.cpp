@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cstdio>
 
 #include "client/cli/exit_code.h"
@@ -50,8 +51,10 @@ std::string kind_word(v1::JobKind kind) {
 }
 
 double run_seconds(const v1::Job& job) {
-  if (!job.has_start_time() || !job.has_end_time()) return 0;
-  return to_seconds(job.end_time()) - to_seconds(job.start_time());
+  if (!job.has_start_time()) return 0;
+  const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
+  const double end = job.has_end_time() ? to_seconds(job.end_time()) : now.count();
+  return std::max(0.0, end - to_seconds(job.start_time()));
 }
 
 std::string job_name(const std::string& typed) {

@@ -54,8 +54,10 @@ class Retry {
   std::chrono::duration<double> delay_{0.05};
 };
 
+/// Calls that reach a server while it stops end as cancelled, without an ErrorDetail of its own.
 inline bool may_retry(const grpc::Status& status) {
-  return status.error_code() == grpc::StatusCode::UNAVAILABLE;
+  return status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+         (status.error_code() == grpc::StatusCode::CANCELLED && status.error_details().empty());
 }
 
 /// One unary call, again while the server is unavailable. call(context, response) -> status.

@@ -56,7 +56,7 @@ Error to_error(const grpc::Status& status) {
     error.place = detail.place();
     error.metadata.insert(detail.metadata().begin(), detail.metadata().end());
   } else {
-    error.unreachable = status.error_code() == grpc::StatusCode::UNAVAILABLE;
+    error.unreachable = may_retry(status);
   }
   return error;
 }

@@ -93,8 +93,7 @@ StreamEnd send_stream(v1::BlobService::Stub& service, const v1::Digest& digest, 
   const grpc::Status status = stream->Finish();
   if (status.ok()) return StreamEnd::kDone;
   error = to_error(status);
-  const bool again = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
-                     status.error_code() == grpc::StatusCode::ABORTED ||
+  const bool again = may_retry(status) || status.error_code() == grpc::StatusCode::ABORTED ||
                      error.reason == "OFFSET_MISMATCH" || error.reason == "QUOTA_EXCEEDED";
   return again ? StreamEnd::kAgain : StreamEnd::kFailed;
 }

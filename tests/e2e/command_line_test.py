@@ -324,5 +324,39 @@ class CommandLine(programs.WithFolder):
         self.assertEqual(daemon.stop(), 0)
 
 
+    def test_a_daemon_may_restart_under_its_clients(self):
+        office = self.path("office.glb")
+        lightbatch("scene", "office", "--triangles", "5000", "-o", office)
+        daemon = programs.Daemon(self.path("data"))
+        words = ["bake", office, "--texels-per-metre", "8", "--target-error", "5%", "--server", daemon.address]
+        clients = [subprocess.Popen([programs.OPTIONS.client, *words, "--seed", str(seed), "-o", self.path(str(seed))],
+                                    stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+                   for seed in (1, 2)]
+        for client in clients:
+            for line in client.stderr:
+                if line.startswith("jobs/"):
+                    break
+        time.sleep(1)
+        self.assertEqual(daemon.stop(), 0)
+        daemon = programs.Daemon(self.path("data"), daemon.address)
+        for client in clients:
+            text = client.stderr.read()
+            self.assertIn(client.wait(timeout=600), (0, 4), text)
+        self.assertIn("scene.glb", os.listdir(self.path("1")))
+        self.assertEqual(daemon.stop(), 0)
+        with open(daemon.log) as log:
+            self.assertIn('"job.requeued"', log.read())
+
+    def test_a_daemon_names_what_its_options_lack(self):
+        config = self.write("daemon.toml", b'listn = "127.0.0.1:0"\n')
+        for words, told in ((["--config", config], "listn"), (["--listen", "here"], "HOST:PORT"),
+                            (["--listen", "localhost:70000"], "HOST:PORT"), (["--log-level", "loud"], "loud")):
+            refused = subprocess.run([programs.OPTIONS.daemon, "--data", self.path("data"), *words],
+                                     capture_output=True, text=True, timeout=30)
+            self.assertEqual(refused.returncode, 2, words)
+            self.assertIn(told, refused.stderr)
+        self.assertFalse(os.path.exists(self.path("data")))
+
+
 if __name__ == "__main__":
     programs.run(CommandLine)

@@ -15,11 +15,11 @@ OPTIONS = None
 class Daemon:
     """A daemon on free ports of loopback; its log goes to a file."""
 
-    def __init__(self, data):
+    def __init__(self, data, listen="127.0.0.1:0"):
         self.log = data + ".log"
-        with open(self.log, "w") as log:
+        with open(self.log, "a") as log:
             self.process = subprocess.Popen(
-                [OPTIONS.daemon, "--data", data, "--listen", "127.0.0.1:0", "--admin-port", "0",
+                [OPTIONS.daemon, "--data", data, "--listen", listen, "--admin-port", "0",
                  "--log-format", "json"], stderr=subprocess.PIPE, text=True)
             for line in self.process.stderr:
                 log.write(line)
