@@ -1,6 +1,7 @@
 #include "server/config.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cstdint>
 #include <map>
 
@@ -16,6 +17,18 @@ constexpr std::int64_t kMebi = std::int64_t{1} << 20;
 constexpr std::int64_t kMostMebi = std::int64_t{1} << 40;
 constexpr int kMost = 1'000'000;
 constexpr double kMostSeconds = 1e9;
+
+std::string listen_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  int port = -1;
+  if (colon != std::string::npos && colon > 0) {
+    const char* end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data() + colon + 1, end, port);
+    if (parsed.ec != std::errc() || parsed.ptr != end) port = -1;
+  }
+  const bool good = text.starts_with("unix:") || (port >= 0 && port <= 65535);
+  return good ? "" : "'" + text + "' is not HOST:PORT";
+}
 
 }  // namespace
 
@@ -34,6 +47,7 @@ ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
 
   CLI::App app(kDescription, "lightbatchd");
   app.set_version_flag("--version", version);
+  app.allow_config_extras(CLI::config_extras_mode::error);
   app.set_config("--config", "", "Read options from this file (TOML: listen = \"127.0.0.1:7411\")");
   const auto option = [&](const char* name, auto& value, const char* help) {
     std::string variable = "LIGHTBATCHD_";
@@ -43,7 +57,8 @@ ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
     return app.add_option(name, value, help)->envname(variable)->capture_default_str();
   };
   option("--data", service.data, "Folder of the job database and the blobs");
-  option("--listen", service.listen, "gRPC address, HOST:PORT; port 0 takes a free one");
+  option("--listen", service.listen, "gRPC address, HOST:PORT; port 0 takes a free one")
+      ->check(listen_address);
   option("--admin-address", service.admin_address,
          "Address of the admin pages; keep it on loopback");
   option("--admin-port", service.admin_port,
@@ -89,11 +104,11 @@ ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
                                                   {"warning", LogLevel::kWarning},
                                                   {"error", LogLevel::kError},
                                                   {"off", LogLevel::kOff}};
+  std::string log_level = "info";
+  option("--log-level", log_level, "Least level to log: debug, info, warning, error, off")
+      ->check(CLI::IsMember(levels, CLI::ignore_case));
   option("--log-format", log_format, "Log lines on stderr: text (key=value) or json")
       ->check(CLI::IsMember({"text", "json"}));
-  app.add_option("--log-level", parsed.config.log_level, "Least level to log")
-      ->envname("LIGHTBATCHD_LOG_LEVEL")
-      ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case));
   try {
     app.parse(argc, argv);
     if (service.tls.certificate.empty() != service.tls.key.empty()) {
@@ -113,6 +128,7 @@ ParsedConfig parse_config(int argc, char** argv, const std::string& version) {
                                  : default_job_memory(service.admission.concurrent_jobs);
   service.run.job_seconds = service.admission.max_job_seconds;
   service.admission.job_memory_bytes = service.run.memory_bytes;
+  parsed.config.log_level = levels.at(CLI::detail::to_lower(log_level));
   parsed.config.log_json = log_format == "json";
   return parsed;
 }

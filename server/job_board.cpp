@@ -198,7 +198,7 @@ void JobBoard::progress(const std::string& name, std::string_view phase, double 
   notify(name);
 }
 
-void JobBoard::end(const std::string& name, RunResult result) {
+v1::JobState JobBoard::end(const std::string& name, RunResult result) {
   std::unique_lock lock(mutex_);
   const auto found = live_.find(name);
   LB_CHECK(found != live_.end(), "only a claimed job ends");
@@ -234,6 +234,7 @@ void JobBoard::end(const std::string& name, RunResult result) {
   }
   live_.erase(name);
   notify(name);
+  return job.state();
 }
 
 void JobBoard::stop() {

@@ -49,7 +49,8 @@ class JobBoard {
   std::optional<Claim> claim();
   void progress(const std::string& name, std::string_view phase, double fraction);
   /// Ends a claimed job as the run says; after stop() an interrupted job goes back to the queue.
-  void end(const std::string& name, RunResult result);
+  /// Returns the state that the job has now: QUEUED when it was stopped with the server.
+  v1::JobState end(const std::string& name, RunResult result);
 
   /// No new jobs (submit: DRAINING), claims end, running jobs are told to stop; watchers are
   /// called once more.

@@ -44,6 +44,8 @@ int main(int argc, char** argv) {
   if (const auto code = run_worker_if_asked(argc, argv, engine)) return *code;
   const ParsedConfig parsed = parse_config(argc, argv, pipeline::build_id());
   if (parsed.exit_code) return *parsed.exit_code;
+  // What goes wrong in gRPC comes back as a status; its own lines are in another form than ours.
+  setenv("GRPC_VERBOSITY", "NONE", 0);
   configure_log(parsed.config.log_level, parsed.config.log_json);
 
   boost::asio::io_context io;

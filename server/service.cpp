@@ -205,13 +205,18 @@ void Service::Parts::run_job(const JobBoard::Claim& claim) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   metrics.add_job_seconds(seconds);
   if (result.status.reason() == "WORKER_CRASHED") ++metrics.worker_crashes;
-  log_event(result.status.ok() ? LogLevel::kInfo : LogLevel::kWarning, "job.ended",
+  const Status status = result.status;
+  const std::int64_t peak = result.peak_memory_bytes;
+  if (board->end(name, std::move(result)) == v1::JOB_STATE_QUEUED) {
+    log_event(LogLevel::kInfo, "job.requeued", {{"job", name}});
+    return;
+  }
+  log_event(status.ok() ? LogLevel::kInfo : LogLevel::kWarning, "job.ended",
             {{"job", name},
-             {"outcome", result.status.ok() ? "OK" : result.status.reason()},
-             {"message", result.status.message()},
+             {"outcome", status.ok() ? "OK" : status.reason()},
+             {"message", status.message()},
              {"seconds", std::to_string(seconds)},
-             {"peak_memory_bytes", std::to_string(result.peak_memory_bytes)}});
-  board->end(name, std::move(result));
+             {"peak_memory_bytes", std::to_string(peak)}});
 }
 
 void Service::Parts::sweep() {
