@@ -130,6 +130,19 @@ Result<pipeline::JobOptions> to_pipeline(const v1::JobOptions& in) {
     default:
       return unknown_enum("compression");
   }
+  switch (in.quantization()) {
+    case v1::QUANTIZATION_UNSPECIFIED:
+      out.quantization = pipeline::Quantization::kAsInput;
+      break;
+    case v1::QUANTIZATION_NONE:
+      out.quantization = pipeline::Quantization::kNone;
+      break;
+    case v1::QUANTIZATION_ALL:
+      out.quantization = pipeline::Quantization::kAll;
+      break;
+    default:
+      return unknown_enum("quantization");
+  }
   out.max_vertices = in.max_vertices();
   if (in.max_growth() != 0) out.max_growth = in.max_growth();
   if (in.draws_share() != 0) out.draws_share = in.draws_share();

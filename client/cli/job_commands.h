@@ -38,6 +38,7 @@ struct JobWords {
   double draws_share = 0;
   bool keep_materials = false;
   std::string compress;
+  std::string quantize;
   std::vector<std::string> others;  // views
   std::string lights_file;          // relight
   std::string report;               // copy of report.json

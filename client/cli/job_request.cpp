@@ -113,6 +113,8 @@ class Builder {
     if (words_.compress == "none") options.set_compression(v1::COMPRESSION_NONE);
     if (words_.compress == "meshopt") options.set_compression(v1::COMPRESSION_MESHOPT);
     if (words_.compress == "draco") options.set_compression(v1::COMPRESSION_DRACO);
+    if (words_.quantize == "none") options.set_quantization(v1::QUANTIZATION_NONE);
+    if (words_.quantize == "all") options.set_quantization(v1::QUANTIZATION_ALL);
     for (const std::string& other : words_.others) add_scene(other);
   }
 

@@ -119,6 +119,11 @@ void add_light(CLI::App& command, Words& words) {
           "Geometry of scene.glb: none, meshopt (exact), draco (smaller, rounded); default: "
           "as the input was")
       ->check(CLI::IsMember({"none", "meshopt", "draco"}));
+  command
+      .add_option("--quantize", words.job.quantize,
+                  "16-bit integers in scene.glb: none, all (report.json says how far vertices "
+                  "moved); default: as the input was")
+      ->check(CLI::IsMember({"none", "all"}));
   command.add_flag("--pvs", words.job.pvs,
                    "Write pvs.json: which batches can be seen from which cells of walkable space");
   command.add_flag("--no-batches", words.job.no_batches, "Leave the scene's nodes as they are");

@@ -116,6 +116,15 @@ scene_out::Compression compression_of(const JobOptions& options, const gltf::Doc
   return document.had_draco ? Written::kDraco : Written::kPlain;
 }
 
+scene_out::Quantization quantization_of(const JobOptions& options,
+                                        scene_out::Compression compression) {
+  using Written = scene_out::Quantization;
+  if (compression == scene_out::Compression::kDraco) return Written::kOff;
+  return options.quantization == Quantization::kAll    ? Written::kAll
+         : options.quantization == Quantization::kNone ? Written::kOff
+                                                       : Written::kAsInput;
+}
+
 Status write_scenes(const JobOptions& options, const Prepared& p, const Made& made, Json& report,
                     Artifacts& artifacts) {
   scene_out::LightmapImages images;
@@ -126,6 +135,10 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   scene_out::WriteOptions write;
   write.remove_lights = options.lightmaps && options.lights == LightsPolicy::kRemove;
   write.compression = compression_of(options, p.document);
+  write.quantization = quantization_of(options, write.compression);
+  if (options.quantization == Quantization::kAll &&
+      write.quantization != scene_out::Quantization::kAll)
+    report["warnings"].push_back("not quantized: the input's Draco compression rounds by itself");
   if (!made.light.probes.grid.positions.empty()) {
     write.extras["probes"] = {{"file", "probes.json"}};
     LB_RETURN_IF_ERROR(artifacts.add("probes.json", scene_out::probes_file(made.light.probes)));
@@ -136,21 +149,23 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
   }
   const batches::BatchPlan* plan = options.batches ? &made.plan : nullptr;
   const atlas::Layout* layout = options.lightmaps ? &made.places.layout : nullptr;
-  const auto warn_if_plain = [&](bool compressed) {
+  const auto tell = [&](const scene_out::WriteFacts& facts) {
+    if (facts.quantized > 0)
+      report["quantized"] = {{"primitives", facts.quantized},
+                             {"position_error_metres", facts.position_error}};
     if (options.compression == Compression::kAsInput || options.compression == Compression::kNone ||
-        compressed)
+        facts.compressed)
       return;
     report["warnings"].push_back(
         "nothing is compressed: the scene has no geometry that this compression can hold (indexed "
         "triangles, without morph targets; for Draco without joints, too)");
   };
-  bool compressed = false;
+  scene_out::WriteFacts facts;
   if (options.carrier != Carrier::kPortable) {
-    LB_ASSIGN_OR_RETURN(
-        const Bytes glb,
-        scene_out::write_scene(p.document, *p.scene, plan, layout,
-                               options.lightmaps ? &images : nullptr, write, &compressed));
-    warn_if_plain(compressed);
+    LB_ASSIGN_OR_RETURN(const Bytes glb, scene_out::write_scene(
+                                             p.document, *p.scene, plan, layout,
+                                             options.lightmaps ? &images : nullptr, write, &facts));
+    tell(facts);
     LB_RETURN_IF_ERROR(artifacts.add("scene.glb", glb));
   }
   if (options.carrier == Carrier::kLightmap) return {};
@@ -166,8 +181,8 @@ Status write_scenes(const JobOptions& options, const Prepared& p, const Made& ma
     return p.optics->emission(triangle, u, v);
   };
   LB_ASSIGN_OR_RETURN(const Bytes glb, scene_out::write_scene(p.document, *p.scene, plan, nullptr,
-                                                              nullptr, write, &compressed));
-  warn_if_plain(compressed);
+                                                              nullptr, write, &facts));
+  tell(facts);
   return artifacts.add(options.carrier == Carrier::kPortable ? "scene.glb" : "scene_portable.glb",
                        glb);
 }

@@ -49,6 +49,9 @@ Status validate(const JobOptions& o) {
       o.compression == Compression::kAsInput) {
     return bad_option("without batches and without lightmaps nothing is left to do");
   }
+  if (o.quantization == Quantization::kAll && o.compression == Compression::kDraco) {
+    return bad_option("Draco rounds by itself: quantize or compress with draco, not both");
+  }
   if (o.pvs && !o.batches) return bad_option("potentially visible sets are of batches: allow them");
   if (!o.lightmaps && o.carrier != Carrier::kLightmap) {
     return bad_option("the carrier names how lightmaps travel; it contradicts no lightmaps");

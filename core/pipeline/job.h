@@ -13,6 +13,7 @@ namespace lightbatch::pipeline {
 
 enum class JobKind { kBake, kPlan, kQuote, kSweep, kHierarchy, kRelight, kViews };
 enum class Compression { kAsInput, kNone, kMeshopt, kDraco };
+enum class Quantization { kAsInput, kNone, kAll };
 enum class Carrier { kLightmap, kPortable, kBoth };
 enum class LightsPolicy { kRemove, kKeep };
 enum class SolverMode { kAuto, kStoredRay, kLinked };
@@ -39,6 +40,7 @@ struct JobOptions {
   bool pvs = false;                 // write potentially visible sets
   bool keep_materials = false;      // none merged through vertex colours
   Compression compression = Compression::kAsInput;
+  Quantization quantization = Quantization::kAsInput;
   bool batches = true;
   bool lightmaps = true;
   std::vector<std::string> effects;  // "+shadows", "-sky": overrides of the effect plan

@@ -44,6 +44,10 @@ const char* compression_name(Compression c) {
   return "unknown";
 }
 
+const char* quantization_name(Quantization q) {
+  return q == Quantization::kAll ? "all" : q == Quantization::kNone ? "none" : "as input";
+}
+
 Json option_section(const JobOptions& o) {
   Json json = {{"seed", o.seed}, {"lightmap_size", o.lightmap_size}, {"profile", o.profile}};
   if (o.target_error > 0) json["target_error"] = o.target_error;
@@ -56,6 +60,7 @@ Json option_section(const JobOptions& o) {
                                                       : "both";
   json["lights"] = o.lights == LightsPolicy::kKeep ? "keep" : "remove";
   json["compression"] = compression_name(o.compression);
+  json["quantization"] = quantization_name(o.quantization);
   json["batches"] = o.batches;
   json["lightmaps"] = o.lightmaps;
   if (!o.cameras_file.empty()) json["cameras_file"] = o.cameras_file;

@@ -1,6 +1,6 @@
 #include "core/scene_out/batch_meshes.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include "core/scene_out/colours.h"
 #include "core/scene_out/gather.h"
@@ -8,6 +8,7 @@
 #include "core/scene_out/mesh_builder.h"
 #include "core/scene_out/names.h"
 #include "core/scene_out/portable.h"
+#include "core/scene_out/quantize.h"
 #include "core/scene_out/range_json.h"
 
 namespace lightbatch::scene_out {
@@ -74,7 +75,11 @@ Result<std::vector<MeshData>> group_meshes(Writer& w, const batches::Group& grou
       material = w.materials.with_lightmap(material, group.page, moved);
     });
   }
-  const CornerPlan plan = plan_corners(source->types, lit, moved);
+  CornerPlan plan = plan_corners(source->types, lit, moved);
+  if (!std::all_of(group.pieces.begin(), group.pieces.end(), [&](const batches::Piece& piece) {
+        return leads_to_integers(w.scene.objects[piece.object].to_world);
+      }))
+    widen_directions(plan);
   LB_ASSIGN_OR_RETURN(Gathered corners, gather(w, group.pieces, plan, &frame, lit));
   if (coloured) corners.streams.push_back(colour_stream(w, corners.rows_of_piece));
   return build_meshes(std::move(corners.streams), std::move(corners.ranges), max_vertices,
@@ -96,28 +101,16 @@ Json batch_range_json(const Writer& w, std::size_t primitive, const IndexRange& 
   return json;
 }
 
-/// The translation of a batch's node: the box's centre on a grid of powers of two, so that readers
-/// with floats hold it exactly, and grids of compressed positions line up.
-Vec3d frame_of(const scene::Scene& scene, const Aabb& box) {
-  Vec3d centre = scene.origin + to_double(box.centre());
-  constexpr double kSteps = 1024;  // along the scene, about
-  const double unit =
-      std::exp2(std::floor(std::log2(static_cast<double>(scene.box.diagonal()) / kSteps)));
-  if (unit > 0)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      centre[axis] = std::round(centre[axis] / unit) * unit;
-  return to_double(to_float(centre));
-}
-
 Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t max_vertices,
-                        const std::string& name) {
+                        double step, const std::string& name) {
   const Vec3d frame = frame_of(w.scene, batch.box);
   Json primitives = Json::array(), ranges = Json::array();
   for (const batches::Group& group : batch.groups) {
     GroupLook look = look_of(w, group);
-    LB_ASSIGN_OR_RETURN(const std::vector<MeshData> meshes,
+    LB_ASSIGN_OR_RETURN(std::vector<MeshData> meshes,
                         group_meshes(w, group, frame, max_vertices, look));
-    for (const MeshData& mesh : meshes) {
+    for (MeshData& mesh : meshes) {
+      if (step > 0) quantize(w, mesh, {}, step, 1);
       Json primitive = add_primitive(w.binary, mesh.types, mesh.data, mesh.indices);
       if (look.material != kNone) primitive["material"] = look.material;
       if (!look.variants.is_null())
@@ -133,6 +126,7 @@ Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t ma
       append(w.root, "meshes", Json{{"name", name}, {"primitives", std::move(primitives)}});
   Json node{{"name", name}, {"mesh", mesh}};
   if (frame != Vec3d{}) node["translation"] = vec_json(frame);
+  if (step > 0) node["scale"] = vec_json({step, step, step});
   node["extras"]["lightbatch"] = {{"box", std::move(box)}, {"ranges", std::move(ranges)}};
   return node;
 }
@@ -140,6 +134,7 @@ Result<Json> batch_node(Writer& w, const batches::Batch& batch, std::uint32_t ma
 }  // namespace
 
 Status add_batches(Writer& w, const batches::BatchPlan& plan, std::uint32_t scene_index) {
+  const Quantizer quantizer(w, plan);
   Json children = Json::array();
   if (!plan.tree.empty()) {
     const std::uint32_t base = count_of(w.root, "nodes");
@@ -148,6 +143,7 @@ Status add_batches(Writer& w, const batches::BatchPlan& plan, std::uint32_t scen
       Json node = Json::object();
       if (tree_node.batch != kNone) {
         LB_ASSIGN_OR_RETURN(node, batch_node(w, plan.batches[tree_node.batch], plan.max_vertices,
+                                             quantizer.step_of(plan.batches[tree_node.batch]),
                                              batch_name(tree_node.batch)));
       } else {
         for (const std::uint32_t child : tree_node.children)
@@ -156,7 +152,7 @@ Status add_batches(Writer& w, const batches::BatchPlan& plan, std::uint32_t scen
       append(w.root, "nodes", std::move(node));
     }
   }
-  InstanceNodes instances(w);
+  InstanceNodes instances(w, quantizer);
   for (std::size_t c = 0; c < plan.cells.size(); ++c) {
     LB_ASSIGN_OR_RETURN(Json node, instances.node_of(plan, plan.cells[c]));
     node["name"] = cell_name(c);

@@ -116,6 +116,25 @@ CornerPlan plan_corners(const std::vector<AttributeType>& types, bool drop_uv1,
   return plan;
 }
 
+bool leads_to_integers(const Affine& m) {
+  constexpr double kRounding = 1e-6;
+  const double size = length(m.x);
+  for (const Vec3d& axis : {m.x, m.y, m.z}) {
+    int zeros = 0;
+    for (std::size_t c = 0; c < 3; ++c) zeros += std::abs(axis[c]) <= kRounding * size ? 1 : 0;
+    if (zeros != 2 || std::abs(length(axis) - size) > kRounding * size) return false;
+  }
+  return true;
+}
+
+void widen_directions(CornerPlan& plan) {
+  for (AttributeType& type : plan.types)
+    if (is_direction(type) && type.component_type == 5120) {
+      type.component_type = 5122;
+      type.normalized = true;
+    }
+}
+
 CornerCopier::CornerCopier(const CornerPlan& plan, const SourcePrimitive& source,
                            const scene::Object& object, const Vec3d& frame)
     : plan_(plan), source_(source), to_frame_(object.to_world), mirrored_(object.mirrored) {
@@ -125,14 +144,14 @@ CornerCopier::CornerCopier(const CornerPlan& plan, const SourcePrimitive& source
 CornerCopier::CornerCopier(const CornerPlan& plan, const SourcePrimitive& source)
     : plan_(plan), source_(source) {}
 
-void CornerCopier::push_direction(const AttributeType& type, const Vec3d& direction,
-                                  Bytes& out) const {
+void CornerCopier::push_direction(const AttributeType& type, const AttributeType& to,
+                                  const Vec3d& direction, Bytes& out) const {
   const bool normal = type.name == "NORMAL";
   const Vec3d turned =
       normalized(normal ? to_frame_.normal(direction) : to_frame_.vector(direction));
   // Integers are as long as rounding left them. Where the turn leads to integers again, they are
   // not rounded a second time.
-  if (const double most = largest_value(type); most > 0) {
+  if (const double most = largest_value(type); most > 0 && to == type) {
     const Vec3d as_long = turned * (length(direction) * most);
     bool whole = true;
     for (std::size_t c = 0; c < 3; ++c)
@@ -142,7 +161,7 @@ void CornerCopier::push_direction(const AttributeType& type, const Vec3d& direct
       return;
     }
   }
-  for (std::size_t c = 0; c < 3; ++c) push_component(type, turned[c], out);
+  for (std::size_t c = 0; c < 3; ++c) push_component(to, turned[c], out);
 }
 
 void CornerCopier::copy(std::uint32_t vertex, std::vector<CornerStream>& streams) const {
@@ -151,18 +170,19 @@ void CornerCopier::copy(std::uint32_t vertex, std::vector<CornerStream>& streams
     const AttributeType& type = source_.types[s];
     const std::byte* element = source_.data[s].data() + vertex * type.bytes();
     Bytes& out = streams[k].bytes;
-    if (type.name == "POSITION") {
+    const AttributeType& to = plan_.types[k];
+    if (to.name == "POSITION" && to.component_type == 5126) {
       const Vec3f p = to_float(to_frame_.point(to_double(source_.positions[vertex])));
       push_floats(out, &p.x, 3);
     } else if (is_direction(type)) {
       push_direction(
-          type,
+          type, to,
           {component(type, element, 0), component(type, element, 1), component(type, element, 2)},
           out);
       // A mirror turns the bitangent, cross(normal, tangent) * w, around.
       if (type.components == 4) {
         const double w = component(type, element, 3);
-        push_component(type, mirrored_ ? -w : w, out);
+        push_component(to, mirrored_ ? -w : w, out);
       }
     } else {
       out.insert(out.end(), element, element + type.bytes());
@@ -178,6 +198,7 @@ void CornerCopier::mix(const std::array<std::uint32_t, 3>& vertices,
   for (std::size_t k = 0; k < plan_.source.size(); ++k) {
     const std::size_t s = plan_.source[k];
     const AttributeType& type = source_.types[s];
+    const AttributeType& to = plan_.types[k];
     Bytes& out = streams[k].bytes;
     if (type.name == "POSITION") {
       Vec3d p;
@@ -202,10 +223,10 @@ void CornerCopier::mix(const std::array<std::uint32_t, 3>& vertices,
       continue;
     }
     if (is_direction(type)) {
-      push_direction(type, {mixed(0), mixed(1), mixed(2)}, out);
+      push_direction(type, to, {mixed(0), mixed(1), mixed(2)}, out);
       if (type.components == 4) {
         const double w = mixed(3) < 0 ? -1 : 1;
-        push_component(type, mirrored_ ? -w : w, out);
+        push_component(to, mirrored_ ? -w : w, out);
       }
       continue;
     }

@@ -12,11 +12,16 @@ namespace lightbatch::scene_out {
 /// Which attributes of a source go into a world-aligned mesh, and under which names.
 struct CornerPlan {
   std::vector<std::size_t> source;   // index into SourcePrimitive::types
-  std::vector<AttributeType> types;  // as written: POSITION becomes float
+  std::vector<AttributeType> types;  // as written: POSITION becomes float; else as read
 };
 /// moved_set: where TEXCOORD_1 goes (kNone: it stays, unless drop_uv1).
 CornerPlan plan_corners(const std::vector<AttributeType>& types, bool drop_uv1,
                         std::uint32_t moved_set);
+
+/// Whether directions of integers stay integers: right angles, one scale.
+bool leads_to_integers(const Affine& m);
+/// Directions of bytes become shorts, so that turns do not round them a second time.
+void widen_directions(CornerPlan& plan);
 
 /// Appends the corner (source vertex v) of an object to the streams: position relative to `frame`,
 /// normal and tangent turned with the object, the rest as stored.
@@ -32,7 +37,9 @@ class CornerCopier {
            std::vector<CornerStream>& streams) const;
 
  private:
-  void push_direction(const AttributeType& type, const Vec3d& direction, Bytes& out) const;
+  /// From one type to the other.
+  void push_direction(const AttributeType& type, const AttributeType& to, const Vec3d& direction,
+                      Bytes& out) const;
 
   const CornerPlan& plan_;
   const SourcePrimitive& source_;

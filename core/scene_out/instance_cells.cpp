@@ -1,5 +1,6 @@
 #include "core/scene_out/instance_cells.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -45,29 +46,67 @@ Turn turn_of(const Affine& m) {
 
 Json json_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
+/// Of all placements of a part.
+double largest_scale(const scene::Scene& scene, const batches::BatchPlan& plan,
+                     std::uint32_t part) {
+  double largest = 0;
+  for (const batches::InstanceCell& cell : plan.cells) {
+    if (cell.part != part) continue;
+    for (const std::uint32_t o : cell.objects) {
+      const Affine& m = scene.objects[o].to_world;
+      largest = std::max({largest, length(m.x), length(m.y), length(m.z)});
+    }
+  }
+  return largest;
+}
+
+/// Positions of a part stay as the source has them where all its primitives have them so.
+Status keep_positions(Writer& w, const batches::InstancePart& part, CornerPlan& plan) {
+  const AttributeType* kept = nullptr;
+  for (const batches::Piece& piece : part.pieces) {
+    const scene::Object& o = w.scene.objects[piece.object];
+    LB_ASSIGN_OR_RETURN(const SourcePrimitive* source, w.sources.get(o.mesh, o.primitive));
+    for (const AttributeType& type : source->types) {
+      if (type.name != "POSITION") continue;
+      if (kept != nullptr && !(type == *kept)) return {};
+      kept = &type;
+    }
+  }
+  for (AttributeType& type : plan.types)
+    if (type.name == "POSITION" && kept != nullptr) type = *kept;
+  return {};
+}
+
 }  // namespace
 
-Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePart& part,
-                                                       std::uint32_t max_vertices) {
+Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::BatchPlan& plan,
+                                                       std::uint32_t index) {
+  const batches::InstancePart& part = plan.parts[index];
   const Json& source = w_.document.json.at("meshes").at(part.mesh);
   const scene::Object& first = w_.scene.objects[part.pieces.front().object];
   LB_ASSIGN_OR_RETURN(const SourcePrimitive* front, w_.sources.get(first.mesh, first.primitive));
-  if (part.whole && !part.coloured && front->vertex_count() <= max_vertices) {
-    if (source.at("primitives").size() == 1) return PartMesh{part.mesh, nullptr};
-    return PartMesh{w_.part_of_mesh(part.mesh, {first.primitive}), nullptr};
+  const Json& model = source.at("primitives").at(first.primitive);
+  const Quantizer::PartGrid grid =
+      model.contains("extras") ? Quantizer::PartGrid{} : quantizer_.part_grid(part);
+  if (part.whole && !part.coloured && front->vertex_count() <= plan.max_vertices &&
+      !(grid.step > 0)) {
+    if (source.at("primitives").size() == 1) return PartMesh{part.mesh, nullptr, {}};
+    return PartMesh{w_.part_of_mesh(part.mesh, {first.primitive}), nullptr, {}};
   }
-  const CornerPlan plan = plan_corners(front->types, false, kNone);
-  LB_ASSIGN_OR_RETURN(Gathered corners, gather(w_, part.pieces, plan, nullptr, false));
+  CornerPlan corner_plan = plan_corners(front->types, false, kNone);
+  LB_RETURN_IF_ERROR(keep_positions(w_, part, corner_plan));
+  LB_ASSIGN_OR_RETURN(Gathered corners, gather(w_, part.pieces, corner_plan, nullptr, false));
   const bool coloured = part.coloured && colours_differ(w_, part.pieces);
   if (coloured) corners.streams.push_back(colour_stream(w_, corners.rows_of_piece));
   std::uint32_t material = w_.gltf_material(part.material);
   if (coloured) material = w_.materials.coloured(material);
   Json primitives = Json::array(), about = Json::array();
-  for (const MeshData& mesh : build_meshes(std::move(corners.streams), std::move(corners.ranges),
-                                           max_vertices, std::move(corners.row_of))) {
+  const double scale = largest_scale(w_.scene, plan, index);
+  for (MeshData& mesh : build_meshes(std::move(corners.streams), std::move(corners.ranges),
+                                     plan.max_vertices, std::move(corners.row_of))) {
+    if (grid.step > 0) quantize(w_, mesh, grid.centre, grid.step, scale);
     Json primitive = add_primitive(w_.binary, mesh.types, mesh.data, mesh.indices);
     if (material != kNone) primitive["material"] = material;
-    const Json& model = source.at("primitives").at(first.primitive);
     if (const Json* variants = extension(model, "KHR_materials_variants"))
       primitive["extensions"]["KHR_materials_variants"] = *variants;
     for (const IndexRange& r : mesh.ranges)
@@ -76,14 +115,23 @@ Result<InstanceNodes::PartMesh> InstanceNodes::mesh_of(const batches::InstancePa
   }
   Json mesh = source;
   mesh["primitives"] = std::move(primitives);
-  return PartMesh{append(w_.root, "meshes", std::move(mesh)), std::move(about)};
+  return PartMesh{append(w_.root, "meshes", std::move(mesh)), std::move(about), grid};
 }
 
-Json InstanceNodes::attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame) {
+Affine InstanceNodes::placement(std::uint32_t object, const Quantizer::PartGrid& grid) const {
+  Affine m = w_.scene.objects[object].to_world;
+  if (!(grid.step > 0)) return m;
+  m.t = m.point(grid.centre);
+  for (Vec3d* axis : {&m.x, &m.y, &m.z}) *axis = *axis * grid.step;
+  return m;
+}
+
+Json InstanceNodes::attributes_of(const std::vector<std::uint32_t>& objects,
+                                  const Quantizer::PartGrid& grid, const Vec3d& frame) {
   std::vector<float> translation, rotation, scale;
   bool turned = false, scaled = false;
   for (const std::uint32_t o : objects) {
-    const Affine& m = w_.scene.objects[o].to_world;
+    const Affine m = placement(o, grid);
     const Turn turn = turn_of(m);
     const Vec3f t = to_float(m.t - frame), s = to_float(turn.scale);
     translation.insert(translation.end(), {t.x, t.y, t.z});
@@ -102,9 +150,10 @@ Result<Json> InstanceNodes::node_of(const batches::BatchPlan& plan,
                                     const batches::InstanceCell& cell) {
   const auto [part, fresh] = meshes_.try_emplace(cell.part);
   if (fresh) {
-    LB_ASSIGN_OR_RETURN(part->second, mesh_of(plan.parts[cell.part], plan.max_vertices));
+    LB_ASSIGN_OR_RETURN(part->second, mesh_of(plan, cell.part));
   }
-  const Affine& first = w_.scene.objects[cell.objects.front()].to_world;
+  const Quantizer::PartGrid& grid = part->second.grid;
+  const Affine first = placement(cell.objects.front(), grid);
   Json node{{"mesh", part->second.mesh}};
   if (cell.objects.size() == 1) {
     const Turn turn = turn_of(first);
@@ -115,7 +164,7 @@ Result<Json> InstanceNodes::node_of(const batches::BatchPlan& plan,
     // Viewers draw near nodes first, by their origins, so that what is hidden costs no shading.
     const Vec3d frame = to_double(to_float(w_.scene.origin + to_double(cell.box.centre())));
     if (frame != Vec3d{}) node["translation"] = json_of(frame);
-    node["extensions"][kInstancing]["attributes"] = attributes_of(cell.objects, frame);
+    node["extensions"][kInstancing]["attributes"] = attributes_of(cell.objects, grid, frame);
     declare_extension(w_.root, "extensionsUsed", kInstancing);
     // Without it a reader would draw one instance of many.
     declare_extension(w_.root, "extensionsRequired", kInstancing);

@@ -4,6 +4,7 @@
 #include <map>
 #include <vector>
 
+#include "core/scene_out/quantize.h"
 #include "core/scene_out/writer.h"
 
 namespace lightbatch::scene_out {
@@ -12,7 +13,7 @@ namespace lightbatch::scene_out {
 /// is a single instance. Meshes of parts are written once each.
 class InstanceNodes {
  public:
-  explicit InstanceNodes(Writer& writer) : w_(writer) {}
+  InstanceNodes(Writer& writer, const Quantizer& quantizer) : w_(writer), quantizer_(quantizer) {}
   Result<Json> node_of(const batches::BatchPlan& plan, const batches::InstanceCell& cell);
 
  private:
@@ -20,11 +21,17 @@ class InstanceNodes {
   struct PartMesh {
     std::uint32_t mesh = 0;  // in the file written
     Json ranges;             // for extras; null where the primitives are the source's
+    Quantizer::PartGrid grid;
   };
-  Result<PartMesh> mesh_of(const batches::InstancePart& part, std::uint32_t max_vertices);
-  Json attributes_of(const std::vector<std::uint32_t>& objects, const Vec3d& frame);
+  Result<PartMesh> mesh_of(const batches::BatchPlan& plan, std::uint32_t index);
+  Json attributes_of(const std::vector<std::uint32_t>& objects, const Quantizer::PartGrid& grid,
+                     const Vec3d& frame);
+
+  /// Where an object puts the coordinates of its part's mesh.
+  Affine placement(std::uint32_t object, const Quantizer::PartGrid& grid) const;
 
   Writer& w_;
+  const Quantizer& quantizer_;
   std::map<std::uint32_t, PartMesh> meshes_;  // by part
 };
 

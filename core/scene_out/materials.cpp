@@ -55,6 +55,21 @@ void for_each_material_slot(Json& root, const Visit& visit) {
 
 }  // namespace
 
+bool is_thick(const Json& root, const Json& primitive) {
+  const auto thick = [&](std::uint32_t material) {
+    if (material == kNone) return false;
+    const Json* volume = extension(root.at("materials").at(material), "KHR_materials_volume");
+    const Json* thickness = volume == nullptr ? nullptr : member(*volume, "thicknessFactor");
+    return thickness != nullptr && thickness->is_number() && thickness->get<double>() != 0;
+  };
+  if (thick(index_at(primitive, "material"))) return true;
+  const Json* variants = extension(primitive, "KHR_materials_variants");
+  const Json* mappings = variants == nullptr ? nullptr : member(*variants, "mappings");
+  if (mappings == nullptr) return false;
+  return std::any_of(mappings->begin(), mappings->end(),
+                     [&](const Json& mapping) { return thick(index_at(mapping, "material")); });
+}
+
 Clones settle_materials(Json& root, std::uint32_t original, Clones clones) {
   Json* materials = member(root, "materials");
   if (materials == nullptr || clones.empty()) return clones;

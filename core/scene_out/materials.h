@@ -13,6 +13,10 @@ namespace lightbatch::scene_out {
 /// Whether a texture of the material reads TEXCOORD_`set`.
 bool uses_uv_set(const gltf::Json& root, std::uint32_t material, std::uint32_t set);
 
+/// Whether the primitive's material, or that of a variant, has the thickness of
+/// KHR_materials_volume, which is measured in the coordinates of the mesh.
+bool is_thick(const gltf::Json& root, const gltf::Json& primitive);
+
 /// (original, clone) of materials, by number.
 using Clones = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 

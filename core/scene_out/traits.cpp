@@ -108,25 +108,6 @@ std::string own_attribute(const Json& node) {
   return {};
 }
 
-/// Whether any(material) holds for the primitive's material or that of a variant.
-template <typename Any>
-bool any_material(const Json& primitive, const Any& any) {
-  if (any(index_at(primitive, "material"))) return true;
-  const Json* variants = extension(primitive, "KHR_materials_variants");
-  const Json* mappings = variants == nullptr ? nullptr : member(*variants, "mappings");
-  if (mappings == nullptr) return false;
-  return std::any_of(mappings->begin(), mappings->end(),
-                     [&](const Json& mapping) { return any(index_at(mapping, "material")); });
-}
-
-/// KHR_materials_volume measures its thickness in the coordinates of the mesh.
-bool has_thickness(const Json& root, std::uint32_t material) {
-  if (material == kNone) return false;
-  const Json* volume = extension(root.at("materials").at(material), "KHR_materials_volume");
-  const Json* thickness = volume == nullptr ? nullptr : member(*volume, "thicknessFactor");
-  return thickness != nullptr && thickness->is_number() && thickness->get<double>() != 0;
-}
-
 bool is_scaled(const Affine& m) {
   constexpr double kRounding = 1e-5;
   for (const Vec3d& axis : {m.x, m.y, m.z})
@@ -183,9 +164,7 @@ std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& docume
     if (const Json* extensions = member(root.at("meshes").at(object.mesh), "extensions"))
       for (const auto& [name, value] : extensions->items())
         traits[o].keep = "mesh extension " + name;
-    if (is_scaled(object.to_world) && any_material(primitive, [&](std::uint32_t material) {
-          return has_thickness(root, material);
-        }))
+    if (is_scaled(object.to_world) && is_thick(root, primitive))
       traits[o].keep = "thickness of its volume is scaled by its node";
     if (const Json* extensions = member(primitive, "extensions"))
       for (const auto& [name, value] : extensions->items()) {

@@ -110,7 +110,7 @@ bool is_compressed(const Json& root) {
 Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& scene,
                           const batches::BatchPlan* plan, const atlas::Layout* layout,
                           const LightmapImages* images, const WriteOptions& options,
-                          bool* compressed) {
+                          WriteFacts* facts) {
   LB_CHECK((layout == nullptr) == (images == nullptr), "an atlas comes with its pages");
   Writer w(document, scene, layout, options);
   const std::uint32_t named = index_at(w.root, "scene");
@@ -170,7 +170,10 @@ Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& sc
   if (options.compression == Compression::kDraco) {
     LB_ASSIGN_OR_RETURN(binary, compress_draco(w.root, std::move(binary)));
   }
-  if (compressed != nullptr) *compressed = is_compressed(w.root);
+  if (facts != nullptr) {
+    *facts = w.facts;
+    facts->compressed = is_compressed(w.root);
+  }
   return gltf::write_glb(std::move(w.root), binary);
 }
 

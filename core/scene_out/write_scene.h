@@ -36,9 +36,18 @@ using LightAt = std::function<Rgb(std::uint32_t triangle, float u, float v)>;
 
 enum class Compression { kPlain, kMeshopt, kDraco };
 
+/// What of batches and instance cells is written as 16-bit integers (KHR_mesh_quantization).
+enum class Quantization {
+  kAsInput,  // positions that were integers, where none moves by more than a step of its own
+  kOff,
+  kAll,  // positions, directions; texture coordinates and colours within [0, 1]
+};
+
 struct WriteOptions {
   Carrier carrier = Carrier::kLightmap;
   Compression compression = Compression::kPlain;
+  /// Draco rounds by itself: with it, nothing is rounded before.
+  Quantization quantization = Quantization::kAsInput;
   bool remove_lights = true;  // lights that the scene holds (all baked) go into extras
   gltf::Json extras;          // object: further members of the scene's extras.lightbatch; or null
   /// Portable: which triangles are lit (empty: all), their light, and the scale from luminance
@@ -53,6 +62,13 @@ struct WriteOptions {
   int subdivisions = 4;
 };
 
+/// What came of the options.
+struct WriteFacts {
+  bool compressed = false;      // the asked compression found something that it can hold
+  std::uint32_t quantized = 0;  // primitives whose positions were rounded to 16 bits
+  double position_error = 0;    // metres, the farthest that this moved a vertex
+};
+
 /// What the file says of each object beyond the scene: which may share a primitive, and which must
 /// stay in their nodes. Input of batches::plan. `layout`: the atlas when lightmaps are written.
 std::vector<batches::ObjectTraits> describe_objects(const gltf::Document& document,
@@ -65,11 +81,10 @@ std::vector<bool> opening_objects(const gltf::Document& document, const scene::S
 /// The reorganised scene as one .glb. Portable: the plan was made with page 0 for lit triangles and
 /// kNone for others; layout and images are null. plan: the batches, or null to keep every object in
 /// its node. layout and images: lightmaps, or both null. Everything that is not understood is kept.
-/// compressed: set to whether the asked compression found anything that it can hold.
 /// Deterministic bytes. INPUT_OVER_BUDGET beyond what a .glb can hold.
 Result<Bytes> write_scene(const gltf::Document& document, const scene::Scene& scene,
                           const batches::BatchPlan* plan, const atlas::Layout* layout,
                           const LightmapImages* images, const WriteOptions& options,
-                          bool* compressed = nullptr);
+                          WriteFacts* facts = nullptr);
 
 }  // namespace lightbatch::scene_out

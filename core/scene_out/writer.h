@@ -73,6 +73,7 @@ class Writer {
   SourceMeshes sources;
   BakedMaterials materials;
   double exposure = 0;  // portable: luminance to colour
+  WriteFacts facts;
 
  private:
   std::map<std::pair<std::uint32_t, std::vector<std::uint32_t>>, std::uint32_t> parts_;

@@ -136,6 +136,26 @@ class CommandLine(programs.WithFolder):
         self.assertIn("office.glb", table.stdout)
         self.assertEqual(lightbatch("views", office, self.path("none.glb"), "-q").returncode, 2)
 
+    def test_vertices_of_16_bits_on_request(self):
+        document, binary = programs.room_document()
+        scene = self.write("room.glb", programs.glb(document, binary))
+        sizes = {}
+        for words in ([], ["--quantize", "all"], ["--quantize", "none"]):
+            done = lightbatch("bake", scene, "-o", self.path("out"), "--no-lightmaps", *words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(self.path("out", "report.json")) as file:
+                report = json.load(file)
+            name = words[-1] if words else "as input"
+            self.assertEqual(report["options"]["quantization"], name)
+            self.assertEqual("quantized" in report, name == "all")
+            sizes[name] = os.path.getsize(self.path("out", "scene.glb"))
+            if name == "all":
+                self.assertLess(report["quantized"]["position_error_metres"], 1e-3)
+        self.assertEqual(sizes["none"], sizes["as input"])
+        both = lightbatch("bake", scene, "-o", self.path("out"), "--no-lightmaps",
+                          "--quantize", "all", "--compress", "draco")
+        self.assertEqual(both.returncode, 2, both.stderr)
+
     def test_a_compression_that_holds_nothing_is_told(self):
         document, binary = programs.room_document()
         self.write("room.glb", programs.glb(document, binary))

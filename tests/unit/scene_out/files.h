@@ -191,6 +191,7 @@ inline LightmapImages images_for(const atlas::Layout& layout) {
 struct Written {
   Bytes glb;
   batches::BatchPlan plan;
+  WriteFacts facts;
 };
 inline Written write(const Loaded& in, bool with_batches, const atlas::Layout* layout = nullptr,
                      batches::BatchOptions options = {}, WriteOptions write_options = {}) {
@@ -210,7 +211,7 @@ inline Written write(const Loaded& in, bool with_batches, const atlas::Layout* l
   LightmapImages images;
   if (layout != nullptr) images = images_for(*layout);
   auto bytes = write_scene(in.document, in.scene, with_batches ? &result.plan : nullptr, layout,
-                           layout != nullptr ? &images : nullptr, write_options);
+                           layout != nullptr ? &images : nullptr, write_options, &result.facts);
   LB_CHECK(bytes.ok(), bytes.status().to_string().c_str());
   result.glb = std::move(bytes).value();
   return result;
