@@ -110,10 +110,11 @@ std::optional<std::string> try_output(v1::JobKind kind, const JobWords& words, O
 void name_files(const FileMap& files, v1::Job& job) {
   if (!job.has_error()) return;
   std::string& place = *job.mutable_error()->mutable_detail()->mutable_place();
+  std::string& message = *job.mutable_error()->mutable_message();
   for (const auto& [path, file] : files) {
-    if (!place.starts_with(path)) continue;
-    place.replace(0, path.size(), file.string());
-    return;
+    for (std::string* text : {&place, &message}) {
+      if (text->starts_with(path)) text->replace(0, path.size(), file.string());
+    }
   }
 }
 
