@@ -75,6 +75,8 @@ std::vector<Seed> seeds() {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
       const auto extension = entry.path().extension();
       if (!entry.is_regular_file() || entry.file_size() > kLargest) continue;
+      // Light goes a thousand times round in these: each bake would take seconds.
+      if (entry.path().stem().string().starts_with("furnace_0.99")) continue;
       if (extension == ".glb" || extension == ".gltf") paths.push_back(entry.path());
     }
   }
