@@ -232,6 +232,7 @@ Result<Certificate> certify(const PathTracer& tracer, std::span<const Probe> pro
   std::size_t used = std::min(probes.size(), kFirstProbes);
   std::uint32_t goal = kFirstPaths;
   std::uint64_t spent = 0;
+  bool in_doubt = false;
   // Within the budget from the start: fewer probes rather than fewer paths each.
   used = std::clamp<std::size_t>(options.max_paths / (2 * kFirstPaths), 1, used);
   for (std::uint32_t round = 0;; ++round) {
@@ -276,7 +277,12 @@ Result<Certificate> certify(const PathTracer& tracer, std::span<const Probe> pro
     const bool more_probes = 2 * used <= probes.size() && noise_share < kMostNoise;
     const std::uint64_t next = more_probes ? 2 * used : used;
     const std::uint32_t next_goal = more_probes ? goal : 2 * goal;
-    if (2 * next * next_goal > options.max_paths || next_goal > (1u << 24)) break;
+    // Not let go of at the first estimate below: that would let every other bad map pass.
+    in_doubt = in_doubt || (spent > options.max_paths / 2 && result.relrmse > options.target &&
+                            result.low <= options.target);
+    const double most =
+        static_cast<double>(options.max_paths) * (in_doubt ? options.budgets_in_doubt : 1.0);
+    if (static_cast<double>(2 * next * next_goal) > most || next_goal > (1u << 24)) break;
     used = next;
     goal = next_goal;
   }

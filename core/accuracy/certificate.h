@@ -21,6 +21,8 @@ struct Probe {
 struct CertificateOptions {
   double target = 0.02;                 // relRMSE that the map should keep
   std::uint64_t max_paths = 4'000'000;  // budget
+  /// Budgets that may be spent while the map seems to miss its target and may yet keep it.
+  double budgets_in_doubt = 1;
   std::uint64_t seed = 1;
   /// Mean value of the whole map, by area and over channels, lux; 0: not known. With it, mean R is
   /// this less the mean residual of the probes, far steadier than the mean of a few hundred R.

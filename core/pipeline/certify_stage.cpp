@@ -23,6 +23,10 @@ constexpr double kFewestOwn = 4e5, kMostOwn = 2.2e6;
 /// Rays of these paths at most: a second or two.
 constexpr double kMostOwnRays = 8e6;
 
+/// A certificate's paths, over its budget, while a map seems to miss its target and may yet keep
+/// it.
+constexpr double kBudgetsInDoubt = 4;
+
 /// Share of the probes that go to surface by its area; the others go by baked light, so that what
 /// is lit is judged where it is a small part of all surfaces.
 constexpr double kByArea = 0.5;
@@ -132,6 +136,8 @@ Result<accuracy::Certificate> certify(const JobOptions& options, const Prepared&
   certificate_options.target = p.target_error;
   certificate_options.seed = item_seed(options.seed, 1, 32);
   certificate_options.max_paths = certificate_budget(p, bake_rays(light), p.target_error);
+  // A map that is asked for by its price is paid for by it.
+  certificate_options.budgets_in_doubt = options.time_budget > 0 ? 1 : kBudgetsInDoubt;
   certificate_options.map_mean = mean_of_map(places, light);
   auto certificate = accuracy::certify(tracer, probes, certificate_options, progress);
   clock.stop();
