@@ -164,6 +164,22 @@ Rgb Gather::direct(const Receiver& at, ElementId served, Random& random, const P
   return irradiance;
 }
 
+Rgb Gather::stand_for(ElementId e, const Path& path, const Rgb& weight) const {
+  const radiosity::Solution& solution = input_.solution;
+  if (solution.indirect.empty()) return {};
+  const Rgb light = weight * solution.indirect[e];
+  if (!path.grouped()) return light;
+  const auto groups = solution.unresolved_by_group.of(e);
+  Rgb sum{};
+  for (const Rgb& part : groups) sum += part;
+  const auto share = [](float part, float all) { return all > 0 ? part / all : 0.0f; };
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    path.add(g, light * Rgb{share(groups[g].r, sum.r), share(groups[g].g, sum.g),
+                            share(groups[g].b, sum.b)});
+  }
+  return light;
+}
+
 Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, ElementId served,
                           const Numbers& numbers, int depth, const Path& path,
                           BakeCounts& counts) const {
@@ -192,9 +208,17 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, ElementId served,
       return reflectance * (direct(at, served, random, own, counts) + aids_->near.first()[texel]);
     }
   }
+  Rgb stands_for{};
   if (depth >= kSureDepth) {
+    // What the first stage has of the light stands for a walk that ends, and is taken off the
+    // others: both means are right, and in even light ending makes no noise. Not for readers of
+    // single directions, whose light must not be negative.
     const float survival = std::min(1.0f, reflectance.max());
-    if (!(random.next_float() < survival)) return {};
+    const bool ends = !(random.next_float() < survival);
+    if (aids_ != nullptr && !through && !input_.lookup.is_split(e)) {
+      stands_for = stand_for(e, path, reflectance * (ends ? 1.0f : 1 - 1 / survival));
+    }
+    if (ends) return stands_for;
     reflectance = reflectance * (1.0f / survival);
   }
   const Path own = path.further(reflectance);
@@ -212,7 +236,7 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, ElementId served,
         irradiance += sky;
         if (own.grouped()) own.add(own.by_group.size() - 1, sky);
       });
-  return reflectance * irradiance;
+  return reflectance * irradiance + stands_for;
 }
 
 Rgb Gather::seen(const rays::Hit& hit, float distance, const Numbers& numbers, int depth,

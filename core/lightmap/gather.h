@@ -89,6 +89,9 @@ class Gather {
            const Path& path, BakeCounts& counts) const;
   Rgb gather_deeper(radiosity::ElementId e, const rays::Hit& hit, radiosity::ElementId served,
                     const Numbers& numbers, int depth, const Path& path, BakeCounts& counts) const;
+  /// `weight` times the irradiance from the hemisphere that the first stage found on an element,
+  /// by groups as it has them.
+  Rgb stand_for(radiosity::ElementId e, const Path& path, const Rgb& weight) const;
   /// Irradiance from lights but those that virtual lights stand for; a light that the element is
   /// dark to has none.
   Rgb direct(const radiosity::Receiver& at, radiosity::ElementId served, Random& random,

@@ -7,6 +7,7 @@
 #include "core/hierarchy/descend.h"
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
+#include "core/radiosity/emitter_bound.h"
 #include "core/radiosity/polygon_form_factor.h"
 #include "core/radiosity/spherical_triangle.h"
 
@@ -18,57 +19,6 @@ using hierarchy::Hierarchy;
 /// Of asking a weak light at all. A walk from the root knows little of what is close to one lamp of
 /// many, so that it must not be small.
 constexpr double kLeastChance = 0.25;
-
-/// A triangle does not light itself.
-bool is_own(const Emitter& e, const Receiver& at) {
-  return !e.is_point() && e.triangle == at.triangle;
-}
-
-/// How much a node may bring (its power as from the nearest point of its box), and how far that
-/// may be off.
-struct Bound {
-  float importance = 0;
-  float uncertainty = 0;
-};
-
-/// Largest cosine at the emitters of a node, in a sphere of the given radius. to: from the receiver
-/// to the middle of the sphere, `distance` long.
-float largest_facing(const FacingCone& cone, const Vec3f& to, float distance, float radius) {
-  if (cone.cos_angle <= -1 || distance <= radius) return 1;
-  const auto sine = [](float cosine) { return std::sqrt(std::max(0.0f, 1 - cosine * cosine)); };
-  // The cone widened by the angle that the sphere takes.
-  const float sin_wide = radius / distance, cos_wide = sine(sin_wide);
-  const float sin_cone = sine(cone.cos_angle);
-  const float cos_angle = cone.cos_angle * cos_wide - sin_cone * sin_wide;
-  const float sin_angle = sin_cone * cos_wide + cone.cos_angle * sin_wide;
-  const float cosine = -dot(cone.axis, to) / distance;
-  const bool half_a_turn = sin_angle <= 0;
-  if (half_a_turn || cosine >= cos_angle) return 1;
-  // Rounding of cosines near 1 in single precision.
-  constexpr float kSlack = 5e-4f;
-  return std::min(1.0f, cosine * cos_angle + sine(cosine) * sin_angle + kSlack);
-}
-
-Bound bound_of(const LightSources& sources, Hierarchy::NodeId node, const Receiver& at) {
-  const Aabb& box = sources.emitter_tree().box(node);
-  const Vec3f to = box.centre() - at.frame.position;
-  const float radius = 0.5f * box.diagonal();
-  const Vec3f half = box.extent() * 0.5f;
-  const Vec3f& n = at.frame.normal;
-  const float reach = std::fabs(n.x) * half.x + std::fabs(n.y) * half.y + std::fabs(n.z) * half.z;
-  const float height = dot(to, n) + reach;
-  if (height <= 0 && !at.is_in_space()) return {};
-  const float squared = dot(to, to);
-  const float distance = std::sqrt(squared);
-  const float cosine =
-      at.is_in_space() ? 1.0f
-                       : std::min(1.0f, (height + 1e-20f) / std::max(distance, radius + 1e-20f));
-  const float facing = largest_facing(sources.facing(node), to, distance, radius);
-  if (facing <= 0) return {};
-  const float importance =
-      sources.power(node) * cosine * facing / (kPi * std::max(squared, radius * radius) + 1e-30f);
-  return {importance, importance * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
-}
 
 /// A random number moved on in [0, 1), round its end.
 float turned(float random, float turn) {
@@ -206,7 +156,7 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
   // The cut: open the node of largest uncertainty until the table is full or nothing is doubtful.
   struct Node {
     Hierarchy::NodeId id;
-    Bound bound;
+    EmitterBound bound;
     bool operator<(const Node& o) const { return bound.uncertainty < o.bound.uncertainty; }
   };
   const Hierarchy& tree = sources_->emitter_tree();
@@ -215,7 +165,7 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
   float sum = 0;
   const auto heap_end = [&] { return cut.begin() + static_cast<std::ptrdiff_t>(size); };
   const auto push = [&](Hierarchy::NodeId id) {
-    Bound bound = bound_of(*sources_, id, at);
+    EmitterBound bound = bound_of(*sources_, id, at);
     if (bound.importance <= 0) return;
     if (tree.is_leaf(id)) bound.uncertainty = 0;
     cut[size++] = {id, bound};
@@ -244,7 +194,7 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
           tree, cut[i].id, turned(random.next_float(), choice.turn),
           [&](Hierarchy::NodeId id) { return bound_of(*sources_, id, at).importance; });
       if (walk.probability > 0) {
-        add(tree.primitive(tree.first(walk.leaf)),
+        add(tree.primitive(tree.first(walk.node)),
             one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1, 1 / walk.probability);
       }
     }
@@ -311,20 +261,16 @@ void DirectLight::split_emitters(const EmitterTerms& terms, const Rgb& share,
 Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pick, Vec2f random,
                                       RayCounts& counts) const {
   if (sources_->emitters().empty()) return {};
-  const Hierarchy& tree = sources_->emitter_tree();
-  const auto importance = [&](Hierarchy::NodeId id) {
-    return static_cast<double>(bound_of(*sources_, id, at).importance);
-  };
+  const double whole = static_cast<double>(bound_of(*sources_, 0, at).importance);
   const double asked =
-      worth > 0 ? std::clamp(importance(0) / static_cast<double>(worth), kLeastChance, 1.0) : 1;
+      worth > 0 ? std::clamp(whole / static_cast<double>(worth), kLeastChance, 1.0) : 1;
   if (!(pick < asked)) return {};
-  const auto walk = hierarchy::descend(tree, 0, pick / asked, importance);
-  if (!(walk.probability > 0)) return {};
-  const Emitter& e = sources_->emitters()[tree.primitive(tree.first(walk.leaf))];
-  if (is_own(e, at)) return {};
+  const ChosenEmitter chosen = choose_emitter(*sources_, at, pick / asked);
+  if (!(chosen.probability > 0)) return {};
+  const Emitter& e = sources_->emitters()[chosen.emitter];
   const EmitterSample sample = sample_emitter(*sources_, e, at, random);
-  Incident incident{to_float(sample.direction), to_float(sample.light / (asked * walk.probability)),
-                    e.group};
+  Incident incident{to_float(sample.direction),
+                    to_float(sample.light / (asked * chosen.probability)), e.group};
   if (!shadows_ || incident.light.is_black()) return incident;
   incident.light *= emitter_share(at, e, sample.point, counts);
   return incident;

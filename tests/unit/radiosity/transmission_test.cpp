@@ -43,7 +43,7 @@ struct TwoChambers {
 
   static Result<Solution> solve(const Bench& bench, bool linked) {
     SolverOptions options;
-    options.rays = 256;
+    options.rays = 1024;
     options.direct_samples = 32;
     options.tolerance = 1e-6;
     return linked ? solve_linked(bench.input, options, Progress{})
