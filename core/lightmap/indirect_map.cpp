@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
@@ -194,7 +195,7 @@ class IndirectMap {
   void compute(std::vector<std::uint32_t>& wanted, double share = 1) {
     const std::vector<Guides::Group> groups = guides_.sort(input_.texels, wanted);
     std::vector<std::uint32_t> links(wanted.size());
-    const auto gathered = for_tiles(groups, [&](std::size_t i, auto& scratch, Gathered& all) {
+    auto gathered = for_tiles(groups, [&](std::size_t i, auto& scratch, Gathered& all) {
       const std::uint64_t before = all.counts.rays.cast();
       compute_one(wanted[i], share, scratch, all.counts);
       count_border(wanted[i], before, all.counts);
@@ -204,7 +205,7 @@ class IndirectMap {
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const std::size_t begin = groups[g].begin, count = groups[g].end - begin;
       links_.add(std::span(wanted).subspan(begin, count), std::span(links).subspan(begin, count),
-                 gathered[g].links);
+                 std::move(gathered[g].links));
     }
     counts_.computed_texels += wanted.size();
     computed_so_far_ += wanted.size();
@@ -242,7 +243,7 @@ class IndirectMap {
   /// Texels that selected ones are linked to, by fewer rays: many share in a link's light.
   void compute_linked() {
     std::vector<std::uint32_t> linked;
-    for (const NearLink& link : links_.links()) want(link.texel, linked);
+    links_.for_each([&](const NearLink& link) { want(link.texel, linked); });
     std::sort(linked.begin(), linked.end());
     compute(linked, kShareOfLinked);
   }

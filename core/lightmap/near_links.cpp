@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/lightmap/neighbours.h"
@@ -95,11 +96,14 @@ void NearLinks::merge(std::vector<NearLink>& links) {
 }
 
 void NearLinks::add(std::span<const std::uint32_t> texels, std::span<const std::uint32_t> counts,
-                    std::span<const NearLink> links) {
-  for (std::size_t i = 0, begin = links_.size(); i < texels.size(); begin += counts[i++]) {
-    row_[texels[i]] = {begin, counts[i]};
+                    std::vector<NearLink> links) {
+  if (links.empty()) return;
+  links.shrink_to_fit();
+  links_.push_back(std::move(links));
+  const std::span<const NearLink> kept(links_.back());
+  for (std::size_t i = 0, begin = 0; i < texels.size(); begin += counts[i++]) {
+    row_[texels[i]] = kept.subspan(begin, counts[i]);
   }
-  links_.insert(links_.end(), links.begin(), links.end());
 }
 
 double NearLinks::iterate(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
@@ -117,10 +121,9 @@ double NearLinks::iterate(const std::vector<Rgb>& first, const std::vector<std::
       [&](std::size_t begin, std::size_t end) {
         Change sum;
         for (std::size_t t = begin; t < end; ++t) {
-          const Row& row = row_[t];
-          if (row.count == 0) continue;
+          if (row_[t].empty()) continue;
           Rgbd light = to_double(start[t].irradiance);
-          for (const NearLink& link : std::span(links_).subspan(row.begin, row.count)) {
+          for (const NearLink& link : row_[t]) {
             if (known[link.texel] == 0) continue;
             light += to_double(link.weight * (texels[link.texel].irradiance - first[link.texel]));
             for (std::size_t g = 0; g < by_group.groups(); ++g) {
@@ -145,7 +148,7 @@ double NearLinks::iterate(const std::vector<Rgb>& first, const std::vector<std::
         return Change{a.of + b.of, a.all + b.all};
       });
   for (std::size_t t = 0; t < row_.size(); ++t) {
-    if (row_[t].count == 0) continue;
+    if (row_[t].empty()) continue;
     texels[t].irradiance = next[t];
     for (std::size_t g = 0; g < by_group.groups(); ++g) {
       by_group.of(t)[g] = next_by_group.of(t)[g];

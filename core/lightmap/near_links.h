@@ -51,11 +51,18 @@ class NearLinks {
   /// Sorted, one link to a texel.
   static void merge(std::vector<NearLink>& links);
 
-  /// Links of texels in turn: counts[i] of texels[i], one after another in `links`.
+  /// Links of texels in turn: counts[i] of texels[i], one after another in `links`, which are kept
+  /// where they are: a map may have gigabytes of them.
   void add(std::span<const std::uint32_t> texels, std::span<const std::uint32_t> counts,
-           std::span<const NearLink> links);
+           std::vector<NearLink> links);
 
-  const std::vector<NearLink>& links() const { return links_; }
+  /// visit(link), in the order of adding.
+  template <typename Visit>
+  void for_each(Visit visit) const {
+    for (const auto& links : links_) {
+      for (const NearLink& link : links) visit(link);
+    }
+  }
 
   /// Puts the light of the linked texels in the place of what the first stage had of it, for all
   /// of them at once, by iteration (Jacobi). known: texels whose light is there. fill(): brings
@@ -85,12 +92,8 @@ class NearLinks {
                  const radiosity::GroupedLight& start_by_group, std::vector<GatheredTexel>& texels,
                  radiosity::GroupedLight& by_group) const;
 
-  struct Row {
-    std::uint64_t begin = 0;
-    std::uint32_t count = 0;
-  };
-  std::vector<Row> row_;
-  std::vector<NearLink> links_;
+  std::vector<std::span<const NearLink>> row_;
+  std::vector<std::vector<NearLink>> links_;
 };
 
 }  // namespace lightbatch::lightmap

@@ -26,7 +26,7 @@ TEST(NearLinks, TexelsAreSolvedTogether) {
   NearLinks links(3);
   const std::uint32_t rows[] = {0, 1}, counts[] = {1, 2};
   const NearLink both[] = {{1, Rgb::grey(0.5f)}, {0, Rgb::grey(0.25f)}, {2, Rgb::grey(0.25f)}};
-  links.add(rows, counts, both);
+  links.add(rows, counts, {std::begin(both), std::end(both)});
   std::vector<GatheredTexel> texels(3);
   texels[0].irradiance = Rgb::grey(10 + 12 * 0.5f);
   texels[1].irradiance = Rgb::grey(4 + 8 * 0.25f + 20 * 0.25f);
@@ -50,7 +50,7 @@ TEST(NearLinks, GroupsAddUpToTheLight) {
   NearLinks links(2);
   const std::uint32_t rows[] = {0, 1}, counts[] = {1, 1};
   const NearLink both[] = {{1, Rgb::grey(0.5f)}, {0, Rgb::grey(0.8f)}};
-  links.add(rows, counts, both);
+  links.add(rows, counts, {std::begin(both), std::end(both)});
   // E0 = 1 + E1 / 2, E1 = 2 + 0.8 E0: 10 / 3 and 14 / 3.
   const std::vector<Rgb> solved{Rgb::grey(10.0f / 3), Rgb::grey(14.0f / 3)};
   std::vector<GatheredTexel> texels(2);
