@@ -47,7 +47,37 @@ struct BasicAabb {
     return lower.x <= p.x && p.x <= upper.x && lower.y <= p.y && p.y <= upper.y && lower.z <= p.z &&
            p.z <= upper.z;
   }
+  /// From a point to the nearest point of the box, 0 inside, and to the farthest; in the point's
+  /// precision.
+  template <typename P>
+  P distance_to(const Vec3<P>& p) const {
+    const auto [below, above] = beyond(p);
+    const auto outside = [](P b, P a) { return std::max({b, a, P(0)}); };
+    return length(
+        Vec3<P>{outside(below.x, above.x), outside(below.y, above.y), outside(below.z, above.z)});
+  }
+  template <typename P>
+  P farthest_from(const Vec3<P>& p) const {
+    const auto [below, above] = beyond(p);
+    const auto across = [](P b, P a) { return std::max(-b, -a); };
+    return length(
+        Vec3<P>{across(below.x, above.x), across(below.y, above.y), across(below.z, above.z)});
+  }
   constexpr bool operator==(const BasicAabb&) const = default;
+
+ private:
+  /// How far a point is below the lower and above the upper sides.
+  template <typename P>
+  struct Beyond {
+    Vec3<P> below, above;
+  };
+  template <typename P>
+  Beyond<P> beyond(const Vec3<P>& p) const {
+    const auto as = [](const Vec3<T>& v) {
+      return Vec3<P>{static_cast<P>(v.x), static_cast<P>(v.y), static_cast<P>(v.z)};
+    };
+    return {as(lower) - p, p - as(upper)};
+  }
 };
 
 using Aabb = BasicAabb<float>;

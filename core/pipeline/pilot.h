@@ -5,8 +5,8 @@
 
 namespace lightbatch::pipeline {
 
-/// The first stage is never read at a coarser rung: of elements as large as the room, every hit would
-/// be near, and light come by walks alone.
+/// The first stage is never read at a coarser rung: of elements as large as the room, every hit
+/// would be near, and light come by walks alone.
 constexpr double kCoarsestStage = 0.10;
 
 /// What baking a small share of the texels told about the whole.

@@ -69,18 +69,6 @@ Aabb moving_box(const Scene& scene) {
   return box;
 }
 
-/// The box's nearest distance to a point.
-double distance_to(const Aabb& box, const Vec3d& p) {
-  double squared = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double low = static_cast<double>(box.lower[axis]) - p[axis];
-    const double high = p[axis] - static_cast<double>(box.upper[axis]);
-    const double d = std::max({0.0, low, high});
-    squared += d * d;
-  }
-  return std::sqrt(squared);
-}
-
 void decide_lights(EffectPlan& plan, const Scene& scene) {
   constexpr std::array<Effect, 3> kEffects{Effect::kPointLights, Effect::kSpotLights,
                                            Effect::kDirectionalLights};
@@ -95,7 +83,7 @@ void decide_lights(EffectPlan& plan, const Scene& scene) {
       ++all;
       if (light.intensity.is_black()) continue;
       if (light.range > 0 && kind != LightKind::kDirectional &&
-          distance_to(lit, light.position) >= light.range) {
+          lit.distance_to(light.position) >= light.range) {
         continue;
       }
       ++reaching;

@@ -261,9 +261,9 @@ void DirectLight::split_emitters(const EmitterTerms& terms, const Rgb& share,
 Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pick, Vec2f random,
                                       RayCounts& counts) const {
   if (sources_->emitters().empty()) return {};
-  const double whole = static_cast<double>(bound_of(*sources_, 0, at).importance);
+  const auto whole = [&] { return static_cast<double>(bound_of(*sources_, 0, at).importance); };
   const double asked =
-      worth > 0 ? std::clamp(whole / static_cast<double>(worth), kLeastChance, 1.0) : 1;
+      worth > 0 ? std::clamp(whole() / static_cast<double>(worth), kLeastChance, 1.0) : 1;
   if (!(pick < asked)) return {};
   const ChosenEmitter chosen = choose_emitter(*sources_, at, pick / asked);
   if (!(chosen.probability > 0)) return {};

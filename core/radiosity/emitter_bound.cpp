@@ -32,19 +32,6 @@ float largest_facing(const FacingCone& cone, const Vec3f& to, float distance, fl
   return std::min(1.0f, cosine * cos_angle + sine(cosine) * sin_angle + kSlack);
 }
 
-/// Distances from a point to the nearest and the farthest point of a box.
-struct Reach {
-  float nearest = 0, farthest = 0;
-};
-Reach reach_of(const Aabb& box, const Vec3f& from) {
-  const Vec3f below = box.lower - from, above = from - box.upper;
-  const auto outside = [](float b, float a) { return std::max({b, a, 0.0f}); };
-  const auto across = [](float b, float a) { return std::max(-b, -a); };
-  const Vec3f near{outside(below.x, above.x), outside(below.y, above.y), outside(below.z, above.z)};
-  const Vec3f far{across(below.x, above.x), across(below.y, above.y), across(below.z, above.z)};
-  return {length(near), length(far)};
-}
-
 /// What one emitter may bring: a triangle as from the distance whose inverse square is the mean
 /// between its box's nearest and farthest point (1 / (a b), the mean of x^-2 over [a, b]), but no
 /// more than where it fills the hemisphere.
@@ -58,8 +45,10 @@ float importance_of(const LightSources& sources, Hierarchy::NodeId leaf, const R
   if (height <= 0 && !at.is_in_space()) return 0;
   const float before = -dot(to, cross(e.b - e.a, e.c - e.a)) / (2 * e.area);
   if (before <= 0 && !e.double_sided) return 0;
-  const auto [nearest, farthest] = reach_of(sources.emitter_tree().box(leaf), at.frame.position);
-  const auto cosine = [near = nearest](float h) { return h < near ? h / near : 1.0f; };
+  const Aabb box = sources.emitter_tree().box(leaf);
+  const float nearest = box.distance_to(at.frame.position);
+  const float farthest = box.farthest_from(at.frame.position);
+  const auto cosine = [nearest](float h) { return h < nearest ? h / nearest : 1.0f; };
   const float arrives = at.is_in_space() ? 1.0f : cosine(height);
   return e.power * arrives * cosine(std::fabs(before)) /
          (kPi * std::max(nearest * farthest, e.area / kPi) + 1e-30f);
@@ -71,8 +60,11 @@ struct Few {
   std::array<std::uint32_t, kFew> emitter{};
   std::size_t count = 0;
   double sum = 0;
+  Hierarchy::NodeId weighed = scene::kNone;  // the node that they are of
 
   void weigh(const LightSources& sources, Hierarchy::NodeId node, const Receiver& at) {
+    if (node == weighed) return;
+    weighed = node;
     const Hierarchy& tree = sources.emitter_tree();
     count = 0;
     sum = 0;
