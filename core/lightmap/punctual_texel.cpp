@@ -28,9 +28,12 @@ constexpr int kMostEdgeRounds = 1024;
 constexpr std::uint32_t kFirstRounds = 4;
 constexpr double kMostFirstRounds = 64;
 constexpr double kUnseenShare = 2;
-/// A light that is so many times the mean irradiance is asked from all points of a texel: a strip
-/// of sun that is thinner than a texel counts.
+/// A light that is so many times the mean irradiance is searched for all over a texel: a strip of
+/// sun that is thinner than a texel counts.
 constexpr double kStrong = 2;
+/// Rays of such a search: a share of a gathered texel's, within limits.
+constexpr int kRaysOverSearch = 8;
+constexpr int kMostSearched = 64;
 /// Shares of a light that differ by more than this are two states.
 constexpr float kSameShare = 0.02f;
 /// Random numbers of directions to suns; those of places come before.
@@ -99,6 +102,43 @@ PunctualTexel::PunctualTexel(const BakeInput& input, const GatherSettings& setti
       allowed_(settings.direct_error * input.mean_irradiance),
       lights_(input.direct.sources().punctual()) {}
 
+bool PunctualTexel::is_behind_one_triangle(const PunctualLight& light, const TexelPoints& points,
+                                           Receivers& receivers, BakeCounts& counts) const {
+  // A sun of the sky is seen from points in other directions too.
+  if (light.is_of_sky()) return false;
+  std::uint32_t blocker = rays::kNoTriangle;
+  for (const Vec2f corner : {Vec2f{0, 0}, Vec2f{1, 0}, Vec2f{0, 1}, Vec2f{1, 1}}) {
+    const auto outer = [&](const TexelPoints::Point& p) {
+      return (corner.x - 0.5f) * p.at.x + (corner.y - 0.5f) * p.at.y;
+    };
+    const auto* point =
+        std::max_element(points.point.begin(), points.point.begin() + points.count,
+                         [&](const auto& a, const auto& b) { return outer(a) < outer(b); });
+    const std::uint32_t hit = input_.direct.blocker(receivers(*point, corner), light, counts.rays);
+    if (hit == rays::kNoTriangle || (blocker != rays::kNoTriangle && hit != blocker)) return false;
+    blocker = hit;
+  }
+  return true;
+}
+
+bool PunctualTexel::search(std::uint32_t t, const PunctualLight& light, const Rgb& share,
+                           const TexelPoints& points, Receivers& receivers,
+                           BakeCounts& counts) const {
+  if (share.is_black() && is_behind_one_triangle(light, points, receivers, counts)) return false;
+  const auto rays = static_cast<std::uint32_t>(
+      std::clamp(settings_.rays / kRaysOverSearch, static_cast<int>(points.count),
+                 std::max(kMostSearched, static_cast<int>(points.count))));
+  const OwenSobol2 within(static_cast<std::uint32_t>(item_seed(input_.seed, t, 290)));
+  const OwenSobol2 on_sun(static_cast<std::uint32_t>(item_seed(input_.seed, t, 292)));
+  for (std::uint32_t i = 0; i < rays; ++i) {
+    const Receiver at = receivers(points.point[i % points.count], within.point(i));
+    if (!(input_.direct.punctual_visibility(at, light, on_sun.point(i), counts.rays) == share)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 Rgb PunctualTexel::pilot(std::uint32_t t, double dim, PunctualPilot& pilot, std::span<Rgb> by_group,
                          BakeCounts& counts) const {
   Rgbd sum;
@@ -143,12 +183,7 @@ Rgb PunctualTexel::pilot(std::uint32_t t, double dim, PunctualPilot& pilot, std:
           !(input_.direct.punctual_visibility(at[i], light, on_sun.point(i), counts.rays) == share);
     }
     if (pilot.thorough && !mixed && open.sum() > 3 * kStrong * used * input_.mean_irradiance) {
-      const OwenSobol2 within(static_cast<std::uint32_t>(item_seed(input_.seed, t, 290)));
-      for (std::uint32_t i = 0; i < points.count && !mixed; ++i) {
-        const Receiver near = receivers(points.point[i], within.point(i));
-        mixed = !(input_.direct.punctual_visibility(near, light, on_sun.point(used + i),
-                                                    counts.rays) == share);
-      }
+      mixed = search(t, light, share, points, receivers, counts);
     }
     pilot.mixed = pilot.mixed || mixed;
     hash = hash * 0x9e3779b1u + (share.is_black() ? 2 : 3);

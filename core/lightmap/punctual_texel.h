@@ -32,6 +32,13 @@ class PunctualTexel {
   Rgb refined(std::uint32_t t, double dim, std::span<Rgb> by_group, BakeCounts& counts) const;
 
  private:
+  /// Whether some point of the texel sees another share of the light, as far as some dozens of rays
+  /// tell.
+  bool search(std::uint32_t t, const radiosity::PunctualLight& light, const Rgb& share,
+              const TexelPoints& points, Receivers& receivers, BakeCounts& counts) const;
+  /// Rays from all corners of the texel end on the same triangle: all between them do.
+  bool is_behind_one_triangle(const radiosity::PunctualLight& light, const TexelPoints& points,
+                              Receivers& receivers, BakeCounts& counts) const;
   Rgbd one_light(std::uint32_t t, std::size_t light, const TexelPoints& points, double may_be_off,
                  BakeCounts& counts) const;
 

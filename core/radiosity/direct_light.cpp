@@ -298,12 +298,28 @@ Rgb DirectLight::visibility_towards(const Receiver& at, const PunctualLight& lig
                                     const Vec3f& towards, RayCounts& counts) const {
   // What hides the sky is no shadow of a light.
   if (!shadows_ && !light.is_of_sky()) return {1, 1, 1};
+  return through(punctual_ray(at, light, towards, counts), at.triangle, rays::kNoTriangle, counts);
+}
+
+rays::Ray DirectLight::punctual_ray(const Receiver& at, const PunctualLight& light,
+                                    const Vec3f& towards, RayCounts& counts) const {
   ++(light.is_of_sky() ? counts.sun_shadow : counts.punctual_shadow);
   rays::Ray ray{at.frame.origin, towards};
   if (!light.is_directional()) {
     ray.t_max = optics::shadow_end(ray.direction, at.frame.origin + ray.direction, lift_);
   }
-  return through(ray, at.triangle, rays::kNoTriangle, counts);
+  return ray;
+}
+
+std::uint32_t DirectLight::blocker(const Receiver& at, const PunctualLight& light,
+                                   RayCounts& counts) const {
+  if (!shadows_ && !light.is_of_sky()) return rays::kNoTriangle;
+  const rays::Hit hit = caster_->closest(
+      punctual_ray(at, light, light.towards(at.frame.origin), counts), at.triangle);
+  if (!hit.found()) return rays::kNoTriangle;
+  const auto& surfaces = optics_->surfaces();
+  const bool opaque = surfaces.empty() || surfaces[hit.triangle] == rays::Surface::kOpaque;
+  return opaque ? hit.triangle : rays::kNoTriangle;
 }
 
 Rgb DirectLight::point_visibility(const Receiver& at, const Vec3f& point, std::uint32_t triangle,

@@ -176,6 +176,10 @@ class DirectLight {
                : punctual_visibility(at, light, counts);
   }
 
+  /// The opaque triangle that is the first thing between the receiver and the light (a sun's
+  /// middle); rays::kNoTriangle: nothing is, or something that lets light through.
+  std::uint32_t blocker(const Receiver& at, const PunctualLight& light, RayCounts& counts) const;
+
   /// Share of a point on another triangle that reaches the receiver: one ray, with shadows of
   /// lights or without.
   Rgb point_visibility(const Receiver& at, const Vec3f& point, std::uint32_t triangle,
@@ -186,6 +190,8 @@ class DirectLight {
   Rgb emitter_share(const Receiver& at, const Emitter& e, const Vec3f& point,
                     RayCounts& counts) const;
   Rgb visibility_towards(const Receiver& at, const PunctualLight& light, const Vec3f& towards,
+                         RayCounts& counts) const;
+  rays::Ray punctual_ray(const Receiver& at, const PunctualLight& light, const Vec3f& towards,
                          RayCounts& counts) const;
   Rgb open_irradiance(const Emitter& e, const Receiver& at, RayCounts& counts) const;
   rays::Ray shadow_ray(const Receiver& at, const Vec3f& point) const;
