@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "core/base/parallel.h"
 #include "core/base/random.h"
@@ -21,6 +22,11 @@ constexpr int kNear = 2;  // texels
 /// Paths that find most lit points lit, and those that make darkness sure.
 constexpr std::uint32_t kFirstPaths = 16;
 constexpr std::uint32_t kSurePaths = 128;
+/// Where light comes by rare bright paths, as from a small patch in the sun, these find none: so
+/// many of a stratum's leaks stand for the others, and are traced until light is found, or by so
+/// many paths.
+constexpr std::size_t kConfirmed = 32;
+constexpr std::uint32_t kSurestPaths = 65536;
 constexpr std::uint32_t kHiddenRays = 16;
 constexpr std::uint32_t kMostOpen = 2;  // of them, in a crack or inside a solid
 
@@ -29,7 +35,7 @@ enum class Verdict : std::uint8_t { kFine, kHidden, kLeak };
 struct Judged {
   Verdict verdict = Verdict::kFine;
   double shown = 0;  // lux, mean over channels
-  std::uint32_t triangle = scene::kNone;
+  SurfacePoint point;
 };
 
 double brightness(const Rgb& c) { return static_cast<double>(c.sum()) / 3; }
@@ -69,24 +75,55 @@ class LeakSearch {
         }
       });
       if (progress.cancelled()) return cancelled();
-      std::uint64_t found = 0;
+      std::vector<const Judged*> found;
       for (const Judged& j : judged) {
         if (j.verdict == Verdict::kHidden) ++leaks.hidden;
-        if (j.verdict != Verdict::kLeak) continue;
-        ++found;
-        if (j.shown <= leaks.largest * options_.mean_irradiance) continue;
-        leaks.largest = j.shown / options_.mean_irradiance;
-        leaks.triangle = j.triangle;
+        if (j.verdict == Verdict::kLeak) found.push_back(&j);
       }
+      const double share = confirm(found, item_seed(options_.seed, s, 42), leaks);
+      if (progress.cancelled()) return cancelled();
+      const double confirmed = std::round(share * static_cast<double>(found.size()));
       leaks.points += each;
-      leaks.leaks += found;
-      leaks.area_share +=
-          strata[s].area() / whole * static_cast<double>(found) / static_cast<double>(each);
+      leaks.leaks += static_cast<std::uint64_t>(confirmed);
+      leaks.area_share += strata[s].area() / whole * confirmed / static_cast<double>(each);
     }
     return leaks;
   }
 
  private:
+  /// The share of leaks that more paths find dark too; the brightest of these is noted.
+  double confirm(std::span<const Judged* const> found, std::uint64_t seed, Leaks& leaks) const {
+    const std::size_t asked = std::min(found.size(), kConfirmed);
+    if (asked == 0) return 0;
+    std::vector<std::uint8_t> dark(asked);
+    const auto nth = [&](std::size_t i) { return found[i * found.size() / asked]; };
+    parallel_for(asked, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        Random random(item_seed(seed, i));
+        dark[i] = 1;
+        for (std::uint32_t paths = 2 * kSurePaths; paths <= kSurestPaths && dark[i] != 0;
+             paths *= 2) {
+          dark[i] = is_dark(nth(i)->point, paths, random) ? 1 : 0;
+        }
+      }
+    });
+    std::size_t confirmed = 0;
+    for (std::size_t i = 0; i < asked; ++i) {
+      if (dark[i] == 0) continue;
+      ++confirmed;
+      if (nth(i)->shown <= leaks.largest * options_.mean_irradiance) continue;
+      leaks.largest = nth(i)->shown / options_.mean_irradiance;
+      leaks.triangle = nth(i)->point.triangle;
+    }
+    return static_cast<double>(confirmed) / static_cast<double>(asked);
+  }
+
+  bool is_dark(const SurfacePoint& point, std::uint32_t paths, Random& random) const {
+    const std::array<SurfacePoint, 1> points{{point}};
+    const Rgbd truth = tracer_.irradiance(points, paths, random.next_u64()).irradiance;
+    return truth.sum() / 3 < kDark * options_.mean_irradiance;
+  }
+
   double texel_brightness(const atlas::Texel& t) const {
     return brightness(pages_[t.page].irradiance.at(t.x, t.y));
   }
@@ -141,16 +178,11 @@ class LeakSearch {
     judged.shown = brightness(lightmap::look_up(pages_[texel.page], moved.at));
     if (judged.shown <= options_.bright * options_.mean_irradiance) return judged;
     const atlas::SurfacePoint p = lightmap::surface_point(layout_, chosen, within);
-    judged.triangle = p.triangle;
-    const std::array<SurfacePoint, 1> point{{{p.triangle, p.u, p.v, moved.back}}};
-    const auto dark = [&](std::uint32_t paths) {
-      const Rgbd truth = tracer_.irradiance(point, paths, random.next_u64()).irradiance;
-      return truth.sum() / 3 < kDark * options_.mean_irradiance;
-    };
-    if (!dark(kFirstPaths)) return judged;
-    if (is_hidden(point[0], random)) {
+    judged.point = {p.triangle, p.u, p.v, moved.back};
+    if (!is_dark(judged.point, kFirstPaths, random)) return judged;
+    if (is_hidden(judged.point, random)) {
       judged.verdict = Verdict::kHidden;
-    } else if (dark(kSurePaths)) {
+    } else if (is_dark(judged.point, kSurePaths, random)) {
       judged.verdict = Verdict::kLeak;
     }
     return judged;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/base/random.h"
-#include "core/hierarchy/descend.h"
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
 #include "core/radiosity/emitter_bound.h"
@@ -123,7 +122,8 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
 
 Rgb DirectLight::open_irradiance(const Emitter& e, const Receiver& at, RayCounts& counts) const {
   if (e.is_point()) return sources_->point(e).irradiance(at.frame.position, at.frame.normal);
-  const Vec3d point = to_double(at.frame.position);
+  // From where rays start: what touches the surface is behind it, as they find.
+  const Vec3d point = to_double(at.frame.origin);
   const Vec3d normal = to_double(at.frame.normal);
   ++counts.polygon_factors;
   double factor = point_to_triangle(point, normal, {e.a, e.b, e.c});
@@ -190,12 +190,11 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
     } else {
       const std::uint32_t last = tree.primitives(cut[i].id).back();
       const bool one_lamp = emitters[first].lamp == emitters[last].lamp;
-      const auto walk = hierarchy::descend(
-          tree, cut[i].id, turned(random.next_float(), choice.turn),
-          [&](Hierarchy::NodeId id) { return bound_of(*sources_, id, at).importance; });
-      if (walk.probability > 0) {
-        add(tree.primitive(tree.first(walk.node)),
-            one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1, 1 / walk.probability);
+      const ChosenEmitter chosen = choose_emitter(
+          *sources_, cut[i].id, at, static_cast<double>(turned(random.next_float(), choice.turn)));
+      if (chosen.probability > 0) {
+        add(chosen.emitter, one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1,
+            static_cast<float>(1 / chosen.probability));
       }
     }
   }
@@ -265,7 +264,7 @@ Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pi
   const double asked =
       worth > 0 ? std::clamp(whole() / static_cast<double>(worth), kLeastChance, 1.0) : 1;
   if (!(pick < asked)) return {};
-  const ChosenEmitter chosen = choose_emitter(*sources_, at, pick / asked);
+  const ChosenEmitter chosen = choose_emitter(*sources_, 0, at, pick / asked);
   if (!(chosen.probability > 0)) return {};
   const Emitter& e = sources_->emitters()[chosen.emitter];
   const EmitterSample sample = sample_emitter(*sources_, e, at, random);

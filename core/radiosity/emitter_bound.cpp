@@ -40,7 +40,7 @@ float importance_of(const LightSources& sources, Hierarchy::NodeId leaf, const R
   if (e.is_point()) return bound_of(sources, leaf, at).importance;
   if (is_own(e, at)) return 0;
   const Vec3f& n = at.frame.normal;
-  const Vec3f to = e.a - at.frame.position;
+  const Vec3f to = e.a - at.frame.origin;
   const float height = dot(to, n) + std::max({0.0f, dot(e.b - e.a, n), dot(e.c - e.a, n)});
   if (height <= 0 && !at.is_in_space()) return 0;
   const float before = -dot(to, cross(e.b - e.a, e.c - e.a)) / (2 * e.area);
@@ -104,14 +104,21 @@ EmitterBound bound_of(const LightSources& sources, Hierarchy::NodeId node, const
   if (facing <= 0) return {};
   const float importance =
       sources.power(node) * cosine * facing / (kPi * std::max(squared, radius * radius) + 1e-30f);
-  return {importance, importance * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
+  // A receiver inside the box, or close to it, may have one of the emitters right in front of it.
+  const float nearest = box.distance_to(at.frame.position);
+  const float closest_cosine =
+      at.is_in_space() ? 1.0f : std::min(1.0f, height / (nearest + 1e-20f));
+  const float most =
+      sources.power(node) * closest_cosine * facing / (kPi * nearest * nearest + 1e-30f);
+  return {importance, most * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
 }
 
-ChosenEmitter choose_emitter(const LightSources& sources, const Receiver& at, double random) {
+ChosenEmitter choose_emitter(const LightSources& sources, Hierarchy::NodeId node,
+                             const Receiver& at, double random) {
   const Hierarchy& tree = sources.emitter_tree();
   Few few;
   const auto walk = hierarchy::descend(
-      tree, 0, random,
+      tree, node, random,
       [&](Hierarchy::NodeId id) {
         if (tree.count(id) > kFew) return static_cast<double>(bound_of(sources, id, at).importance);
         few.weigh(sources, id, at);

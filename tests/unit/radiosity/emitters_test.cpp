@@ -166,6 +166,54 @@ TEST(Emitters, ABallOfManyTrianglesIsKnownByItsFacing) {
   }
 }
 
+// Two glowing signs of ten metres, one of them in front of the receiver at 5 mm: what counts is how
+// near some part of a node comes, not how far its middle is.
+TEST(Emitters, ASignRightInFrontIsNotLostInItsNode) {
+  SceneKit kit;
+  const std::uint32_t lamp = kit.material(Rgb{}, {10, 10, 10});
+  for (const float x : {0.0f, 20.0f}) {
+    for (int i = 0; i < 10; ++i) {
+      const float z = 1.1f * static_cast<float>(i);
+      kit.quad({Vec3f{x, 0.005f, z},
+                {x + 0.1f, 0.005f, z},
+                {x + 0.1f, 0.005f, z + 0.1f},
+                {x, 0.005f, z + 0.1f}},
+               lamp);
+    }
+  }
+  kit.finish();
+  const LightSources sources(kit.scene(), kit.optics(), {});
+  const DirectLight direct(kit.optics(), kit.caster(), sources, false);
+  Receiver at;
+  at.frame.position = at.frame.origin = {0.05f, 0, 3.35f};
+  at.frame.normal = {0, 1, 0};
+  for (std::uint64_t run = 0; run < 20; ++run) {
+    EmitterTerms terms;
+    RayCounts counts;
+    direct.emitter_terms(at, {run, 0}, terms, counts, 0.5f);
+    // Nearly the whole hemisphere: pi L but for the edge, 5 mm in 50.
+    EXPECT_NEAR(terms.total.g / (10 * kPi), 0.99, 0.01) << run;
+  }
+}
+
+// A lamp that stands on a surface does not light it from below: rays start above it.
+TEST(Emitters, WhatTouchesASurfaceIsBehindIt) {
+  SceneKit kit;
+  const std::uint32_t lamp = kit.material(Rgb{}, {10, 10, 10});
+  kit.quad({Vec3f{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}}, lamp);
+  kit.finish();
+  const LightSources sources(kit.scene(), kit.optics(), {});
+  const DirectLight direct(kit.optics(), kit.caster(), sources, false);
+  Receiver at;
+  at.frame.position = {0.5f, -1e-7f, 0.5f};
+  at.frame.origin = {0.5f, 1e-5f, 0.5f};
+  at.frame.normal = {0, 1, 0};
+  EmitterTerms terms;
+  RayCounts counts;
+  direct.emitter_terms(at, {1, 0}, terms, counts);
+  EXPECT_EQ(terms.total.g, 0);
+}
+
 TEST(Emitters, ALampAtTheSamePlaceTwiceShinesOnce) {
   SceneKit kit;
   const std::uint32_t lamp = kit.material(Rgb{}, {300, 300, 300});
