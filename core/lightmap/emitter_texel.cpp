@@ -22,6 +22,8 @@ constexpr int kThoroughRays = 4;
 constexpr int kMostPilotRays = 64;
 /// Pilot rays to a source, of its light over the allowed error.
 constexpr double kUnseen = 0.06;
+/// Texel edges within which emitters are close: cells of a texel are measured for them alone.
+constexpr double kReach = 1;
 /// Cells of a texel with uneven light, at most, and what they may be off by, of the allowed error.
 constexpr std::size_t kMostCells = 256;
 constexpr double kUnevenShare = 0.1;
@@ -77,18 +79,56 @@ Receiver EmitterTexel::receiver(const Cell& cell, Vec2f within) {
   return receivers_(grid_.point[cell.point], cell.low + within * cell.edge);
 }
 
-void EmitterTexel::add_terms(std::uint32_t t, std::uint32_t cell, BakeCounts& counts) {
+void EmitterTexel::add_record(radiosity::EmitterTerms::Term term, std::uint32_t cell) {
+  const float share = cells_[cell].share;
+  term.irradiance *= share;
+  term.weight *= share;
+  term.scale *= share;
+  records_.push_back({term, cell});
+}
+
+void EmitterTexel::add_terms(std::uint32_t t, std::uint32_t cell, float turn, BakeCounts& counts) {
   Cell& c = cells_[cell];
-  input_.direct.emitter_terms(receiver(c, {0.5f, 0.5f}), {item_seed(input_.seed, t, 200), c.turn},
-                              terms_, counts.rays, static_cast<float>(negligible_));
+  const Receiver middle = receiver(c, {0.5f, 0.5f});
+  input_.direct.emitter_terms(middle, {item_seed(input_.seed, t, 200), turn}, terms_, counts.rays,
+                              static_cast<float>(negligible_),
+                              static_cast<float>(kReach / input_.layout.texels_per_metre));
   c.light = terms_.weight;
   for (std::size_t k = 0; k < terms_.count; ++k) {
-    Record r{terms_.term[k], cell};
-    r.term.irradiance *= c.share;
-    r.term.weight *= c.share;
-    r.term.scale *= c.share;
-    records_.push_back(r);
+    if (!terms_.term[k].close) c.far += terms_.term[k].weight;
+    add_record(terms_.term[k], cell);
   }
+  close_.insert(close_.end(), terms_.close.begin(), terms_.close.begin() + terms_.close_count);
+  close_begin_.push_back(static_cast<std::uint32_t>(close_.size()));
+  c.most = most_of_close(c, middle);
+}
+
+void EmitterTexel::add_close_terms(std::uint32_t cell, BakeCounts& counts) {
+  Cell& c = cells_[cell];
+  const Receiver middle = receiver(c, {0.5f, 0.5f});
+  c.light = c.far;
+  for (const std::uint32_t emitter : close_to(c)) {
+    auto term = input_.direct.emitter_term(middle, emitter, counts.rays);
+    if (term.irradiance.is_black()) continue;
+    term.close = true;
+    c.light += term.weight;
+    add_record(term, cell);
+  }
+  c.most = most_of_close(c, middle);
+}
+
+std::span<const std::uint32_t> EmitterTexel::close_to(const Cell& cell) const {
+  return std::span(close_).subspan(close_begin_[cell.point],
+                                   close_begin_[cell.point + 1] - close_begin_[cell.point]);
+}
+
+float EmitterTexel::most_of_close(const Cell& cell, const Receiver& middle) const {
+  const double edge = std::sqrt(static_cast<double>(cell.share)) / input_.layout.texels_per_metre;
+  float most = 0;
+  for (const std::uint32_t emitter : close_to(cell)) {
+    most += input_.direct.most_nearby(emitter, middle, static_cast<float>(edge));
+  }
+  return most;
 }
 
 void EmitterTexel::start(std::uint32_t t, std::uint32_t points, BakeCounts& counts) {
@@ -97,15 +137,18 @@ void EmitterTexel::start(std::uint32_t t, std::uint32_t points, BakeCounts& coun
   const float share = 1 / static_cast<float>(used);
   cells_.clear();
   records_.clear();
+  close_.clear();
+  close_begin_.assign(1, 0);
   for (std::uint32_t i = 0; i < used; ++i) {
-    cells_.push_back({i, {0, 0}, 1, share, static_cast<float>(i) * share});
-    add_terms(t, i, counts);
+    cells_.push_back({i, {0, 0}, 1, share});
+    add_terms(t, i, static_cast<float>(i) * share, counts);
   }
 }
 
-void EmitterTexel::cut(std::uint32_t t, BakeCounts& counts) {
+void EmitterTexel::cut(BakeCounts& counts) {
   // How far a cell's middle is off its mean: of what it differs from cells beside it by.
-  constexpr float kOfDifference = 0.25f, kOfSiblings = 0.05f;
+  constexpr float kOfDifference = 0.25f, kOfSiblings = 0.05f, kOfMost = 0.25f;
+  const auto unseen = [](const Cell& c) { return kOfMost * std::max(0.0f, c.most - c.light); };
   const auto doubtful = [&](std::uint32_t a, std::uint32_t b) {
     return cells_[a].doubt != cells_[b].doubt ? cells_[a].doubt < cells_[b].doubt : a > b;
   };
@@ -122,38 +165,37 @@ void EmitterTexel::cut(std::uint32_t t, BakeCounts& counts) {
       if (!adjacent(grid_.point[i], grid_.point[j])) continue;
       most = std::max(most, std::fabs(cells_[i].light - cells_[j].light));
     }
-    cells_[i].doubt = kOfDifference * cells_[i].share * most;
+    cells_[i].doubt = cells_[i].share * (kOfDifference * most + unseen(cells_[i]));
   }
   for (std::uint32_t i = 0; i < grid_.count; ++i) add(i);
   const double enough = 3 * kUnevenShare * allowed_;  // over channels
   while (doubt > enough && heap.size() + 3 <= kMostCells) {
     std::pop_heap(heap.begin(), heap.end(), doubtful);
+    cells_[heap.back()].cut = true;
     const Cell whole = cells_[heap.back()];
-    cells_[heap.back()].share = 0;
     heap.pop_back();
     doubt -= static_cast<double>(whole.doubt);
     const auto first = static_cast<std::uint32_t>(cells_.size());
     float mean = 0;
     for (std::uint32_t k = 0; k < 4; ++k) {
       Cell part = whole;
+      part.cut = false;
       part.edge = whole.edge / 2;
       part.share = whole.share / 4;
       part.low =
           whole.low + Vec2f{static_cast<float>(k & 1u), static_cast<float>(k >> 1)} * part.edge;
-      part.turn = whole.turn +
-                  static_cast<float>(k) * part.edge * part.edge / static_cast<float>(grid_.count);
       cells_.push_back(part);
-      add_terms(t, first + k, counts);
+      add_close_terms(first + k, counts);
       mean += cells_[first + k].light / 4;
     }
     for (std::uint32_t k = 0; k < 4; ++k) {
       Cell& part = cells_[first + k];
       part.doubt = part.share * (kOfDifference * std::fabs(mean - whole.light) +
-                                 kOfSiblings * std::fabs(part.light - mean));
+                                 kOfSiblings * std::fabs(part.light - mean) + unseen(part));
       add(first + k);
     }
   }
-  std::erase_if(records_, [&](const Record& r) { return cells_[r.cell].share == 0; });
+  std::erase_if(records_, [&](const Record& r) { return r.term.close && cells_[r.cell].cut; });
 }
 
 void EmitterTexel::sort_records() {
@@ -269,7 +311,11 @@ EmitterPart EmitterTexel::pilot(std::uint32_t t, bool thorough, std::vector<Sour
   sort_records();
   states.clear();
   const int fewest = thorough ? rays : std::max(1, rays / kThoroughRays);
-  return measure(t, fewest, {}, &states, by_group, counts);
+  EmitterPart part = measure(t, fewest, {}, &states, by_group, counts);
+  float unseen = 0;
+  for (const Cell& c : cells_) unseen += c.share * std::max(0.0f, c.most - c.light) / 3;
+  part.uneven = std::max(part.uneven, unseen);
+  return part;
 }
 
 bool EmitterTexel::is_to_be_refined(const EmitterPart& pilot,
@@ -285,7 +331,7 @@ EmitterPart EmitterTexel::refined(std::uint32_t t, const EmitterPart& pilot,
                                   std::span<const SourceState> states, std::span<Rgb> by_group,
                                   BakeCounts& counts) {
   start(t, static_cast<std::uint32_t>(grid_.point.size()), counts);
-  if (static_cast<double>(pilot.uneven) > kMostUneven * allowed_) cut(t, counts);
+  if (static_cast<double>(pilot.uneven) > kMostUneven * allowed_) cut(counts);
   sort_records();
   return measure(t, kThoroughRays, states, nullptr, by_group, counts);
 }

@@ -56,15 +56,18 @@ class EmitterTexel {
                       BakeCounts& counts);
 
  private:
-  /// A square of the share of one of the texel's points.
+  /// A square of the share of one of the texel's points. Light of emitters that are not close is
+  /// that of the whole share, however often it is cut.
   struct Cell {
     std::uint32_t point = 0;
     Vec2f low;  // of [0, 1)^2
     float edge = 1;
-    float share = 0;  // of the texel; 0: cut
-    float turn = 0;   // CutChoice::turn
-    float light = 0;  // without shadows in its middle, summed over channels
+    float share = 0;  // of the texel
+    float far = 0;    // light without shadows in its middle, summed over channels: of others than
+    float light = 0;  // the close emitters; of all
+    float most = 0;   // that the close emitters may bring to a part of it
     float doubt = 0;  // how far its middle may be off its mean, times the share
+    bool cut = false;
   };
   /// A term in the middle of a cell, times its share.
   struct Record {
@@ -75,12 +78,19 @@ class EmitterTexel {
 
   /// A point of a cell.
   radiosity::Receiver receiver(const Cell& cell, Vec2f within);
-  /// Sets the cell's light and appends its terms to the records.
-  void add_terms(std::uint32_t t, std::uint32_t cell, BakeCounts& counts);
+  /// Sets the light of a point's whole share and appends its terms to the records.
+  void add_terms(std::uint32_t t, std::uint32_t cell, float turn, BakeCounts& counts);
+  /// The same of a part of it, for the close emitters alone.
+  void add_close_terms(std::uint32_t cell, BakeCounts& counts);
+  void add_record(radiosity::EmitterTerms::Term term, std::uint32_t cell);
+  /// What the close emitters may bring to a part of the cell, channel sum: each all of its light,
+  /// if it comes nearer than the cell is large.
+  float most_of_close(const Cell& cell, const radiosity::Receiver& middle) const;
+  std::span<const std::uint32_t> close_to(const Cell& cell) const;
   /// Cells at the texel's first `points` points.
   void start(std::uint32_t t, std::uint32_t points, BakeCounts& counts);
   /// Cuts cells until their middles tell the mean of light that is uneven.
-  void cut(std::uint32_t t, BakeCounts& counts);
+  void cut(BakeCounts& counts);
   void sort_records();
   EmitterPart measure(std::uint32_t t, int fewest_rays, std::span<const SourceState> known,
                       std::vector<SourceState>* states, std::span<Rgb> by_group,
@@ -98,6 +108,7 @@ class EmitterTexel {
   std::vector<Cell> cells_;
   radiosity::EmitterTerms terms_;
   std::vector<Record> records_, weak_;
+  std::vector<std::uint32_t> close_, close_begin_;  // emitters, by point
   std::vector<float> up_to_, light_at_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/base/random.h"
 #include "core/math/sampling.h"
@@ -90,6 +91,23 @@ EmitterSample sample_triangle(const Emitter& e, const Receiver& at, Vec2f random
   return sample;
 }
 
+Aabb box_of(const Emitter& e, const LightSources& sources) {
+  Aabb box;
+  if (e.is_point()) {
+    box.add(sources.point(e).position);
+  } else {
+    for (const Vec3f& p : {e.a, e.b, e.c}) box.add(p);
+  }
+  return box;
+}
+
+/// Of the box's corners, how far along the normal from where rays start.
+float farthest_along(const Aabb& box, const optics::SurfaceFrame& frame) {
+  const Vec3f half = box.extent() * 0.5f, &n = frame.normal;
+  return dot(box.centre() - frame.origin, n) + std::fabs(n.x) * half.x + std::fabs(n.y) * half.y +
+         std::fabs(n.z) * half.z;
+}
+
 EmitterSample sample_emitter(const LightSources& sources, const Emitter& e, const Receiver& at,
                              Vec2f random) {
   return e.is_point() ? sample_point(sources.point(e), at) : sample_triangle(e, at, random);
@@ -122,8 +140,9 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
 
 Rgb DirectLight::open_irradiance(const Emitter& e, const Receiver& at, RayCounts& counts) const {
   if (e.is_point()) return sources_->point(e).irradiance(at.frame.position, at.frame.normal);
-  // From where rays start: what touches the surface is behind it, as they find.
-  const Vec3d point = to_double(at.frame.origin);
+  // What touches the surface is behind where rays start.
+  if (!(farthest_along(box_of(e, *sources_), at.frame) > 0)) return {};
+  const Vec3d point = to_double(at.frame.position);
   const Vec3d normal = to_double(at.frame.normal);
   ++counts.polygon_factors;
   double factor = point_to_triangle(point, normal, {e.a, e.b, e.c});
@@ -133,23 +152,48 @@ Rgb DirectLight::open_irradiance(const Emitter& e, const Receiver& at, RayCounts
   return e.luminance * static_cast<float>(kPiDouble * factor);
 }
 
+EmitterTerms::Term DirectLight::emitter_term(const Receiver& at, std::uint32_t emitter,
+                                             RayCounts& counts) const {
+  const Emitter& e = sources_->emitters()[emitter];
+  EmitterTerms::Term term{emitter, 2 * e.lamp, {}, 0, 1, false};
+  if (is_own(e, at)) return term;
+  term.irradiance = open_irradiance(e, at, counts);
+  term.weight = term.irradiance.sum();
+  return term;
+}
+
+float DirectLight::most_nearby(std::uint32_t emitter, const Receiver& at, float edge) const {
+  const Emitter& e = sources_->emitters()[emitter];
+  if (is_own(e, at)) return 0;
+  const Aabb box = box_of(e, *sources_);
+  if (box.distance_to(at.frame.position) > edge * std::numbers::sqrt2_v<float> / 2) return 0;
+  if (!(farthest_along(box, at.frame) > 0)) return 0;
+  const float all = e.power / (e.double_sided ? 2.0f : 1.0f) / (edge * edge);
+  return e.is_point() ? all : std::min(all, kPi * e.luminance.sum());
+}
+
 void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, EmitterTerms& terms,
-                                RayCounts& counts, float negligible) const {
+                                RayCounts& counts, float negligible, float reach) const {
   terms.count = 0;
+  terms.close_count = 0;
   terms.total = {};
   terms.weight = 0;
   const auto& emitters = sources_->emitters();
-  const auto add = [&](std::uint32_t index, std::uint32_t source, float scale) {
-    const Emitter& e = emitters[index];
-    if (is_own(e, at)) return;
-    const Rgb value = open_irradiance(e, at, counts) * scale;
-    if (value.is_black()) return;
-    terms.term[terms.count++] = {index, source, value, value.sum(), scale};
-    terms.total += value;
-    terms.weight += value.sum();
+  const auto add = [&](const EmitterTerms::Term& term) {
+    if (term.irradiance.is_black()) return;
+    terms.term[terms.count++] = term;
+    terms.total += term.irradiance;
+    terms.weight += term.weight;
+  };
+  const auto add_one = [&](std::uint32_t index) {
+    EmitterTerms::Term term = emitter_term(at, index, counts);
+    term.close =
+        reach > 0 && box_of(emitters[index], *sources_).distance_to(at.frame.position) < reach;
+    if (term.close) terms.close[terms.close_count++] = index;
+    add(term);
   };
   if (emitters.size() <= kFewEmitters) {
-    for (std::uint32_t i = 0; i < emitters.size(); ++i) add(i, 2 * emitters[i].lamp, 1.0f);
+    for (std::uint32_t i = 0; i < emitters.size(); ++i) add_one(i);
     return;
   }
 
@@ -167,7 +211,12 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
   const auto push = [&](Hierarchy::NodeId id) {
     EmitterBound bound = bound_of(*sources_, id, at);
     if (bound.importance <= 0) return;
-    if (tree.is_leaf(id)) bound.uncertainty = 0;
+    if (tree.is_leaf(id)) {
+      bound.uncertainty = 0;
+    } else if (reach > 0 && tree.box(id).distance_to(at.frame.position) < reach) {
+      // All of its light may fall on so small a place.
+      bound.uncertainty = std::max(bound.uncertainty, sources_->power(id) / (kPi * reach * reach));
+    }
     cut[size++] = {id, bound};
     std::push_heap(cut.begin(), heap_end());
     sum += bound.importance;
@@ -186,15 +235,19 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
   for (std::size_t i = 0; i < size; ++i) {
     const std::uint32_t first = tree.primitive(tree.first(cut[i].id));
     if (tree.is_leaf(cut[i].id)) {
-      add(first, 2 * emitters[first].lamp, 1.0f);
+      add_one(first);
     } else {
       const std::uint32_t last = tree.primitives(cut[i].id).back();
       const bool one_lamp = emitters[first].lamp == emitters[last].lamp;
       const ChosenEmitter chosen = choose_emitter(
           *sources_, cut[i].id, at, static_cast<double>(turned(random.next_float(), choice.turn)));
       if (chosen.probability > 0) {
-        add(chosen.emitter, one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1,
-            static_cast<float>(1 / chosen.probability));
+        EmitterTerms::Term term = emitter_term(at, chosen.emitter, counts);
+        term.source = one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1;
+        term.scale = static_cast<float>(1 / chosen.probability);
+        term.irradiance *= term.scale;
+        term.weight *= term.scale;
+        add(term);
       }
     }
   }

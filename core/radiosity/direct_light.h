@@ -74,9 +74,14 @@ struct EmitterTerms {
     Rgb irradiance;            // unoccluded, lux
     float weight = 0;          // channel sum of irradiance
     float scale = 1;           // 1 over the chance of a cut node's representative
+    bool close = false;        // the emitter is one of `close`
   };
   std::array<Term, kCapacity> term;
   std::size_t count = 0;  // of term
+  /// Emitters nearer than asked for, of those that the cut has by themselves, whether they bring
+  /// something or not.
+  std::array<std::uint32_t, kCapacity> close;
+  std::size_t close_count = 0;
   Rgb total;
   float weight = 0;
 };
@@ -124,9 +129,18 @@ class DirectLight {
     float tolerance = 0.005f;
   };
   /// Nodes that are unsure by less than `negligible` lux (channel sum) are not opened.
-  /// terms: scratch, large enough that callers keep it.
+  /// Emitters within `reach` metres are close. terms: scratch, large enough that callers keep it.
   void emitter_terms(const Receiver& at, const CutChoice& choice, EmitterTerms& terms,
-                     RayCounts& counts, float negligible = 0) const;
+                     RayCounts& counts, float negligible = 0, float reach = 0) const;
+
+  /// The term of one emitter by itself; black where it brings nothing.
+  EmitterTerms::Term emitter_term(const Receiver& at, std::uint32_t emitter,
+                                  RayCounts& counts) const;
+
+  /// What an emitter may bring to some point of a square of `edge` metres about the receiver: where
+  /// it comes nearer than the square is large, all of its light, spread over the square, but no
+  /// more than where it fills the hemisphere; 0 elsewhere. Lux, channel sum.
+  float most_nearby(std::uint32_t emitter, const Receiver& at, float edge) const;
 
   /// Casts `rays` shadow rays to points of the emitters, chosen by what each term brings; sample
   /// indices first, first + 1... of the Owen-Sobol sequence of `seed`.

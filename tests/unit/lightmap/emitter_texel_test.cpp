@@ -88,6 +88,34 @@ struct Rooms {
   }
 };
 
+// A strip of light 15 mm wide, 6 mm above texels of half a metre: all that it sends arrives. From
+// the sixteenths' middles alone, 120 mm apart, it is a matter of luck (0.73 to 0.89).
+TEST(EmitterTexel, ANarrowStripCloseToLargeTexelsIsFound) {
+  for (const float x : {0.11f, 0.2f, 0.26f}) {
+    LitScene lit;
+    auto& kit = lit.kit;
+    const std::uint32_t black = kit.material(Rgb{});
+    kit.quad({Vec3f{-2, 0, -2}, {-2, 0, 2}, {2, 0, 2}, {2, 0, -2}}, black);
+    const float y = 0.006f;
+    kit.quad({Vec3f{x, y, -1.5f}, {x + 0.015f, y, -1.5f}, {x + 0.015f, y, 1.5f}, {x, y, 1.5f}},
+             kit.material(Rgb{}, Rgb::grey(1000)));
+    lit.chart(2);
+    lit.solve();
+    const BakeInput input = lit.input();
+    GatherSettings settings;
+    settings.direct_error = 0.03;
+    radiosity::GroupedLight none;
+    const DimShares dim(input, settings);
+    BakeCounts counts;
+    const auto direct = bake_direct(input, settings, dim, none, counts, Progress{});
+    double arrives = 0;
+    for (std::size_t t = 0; t < direct.size(); ++t) {
+      arrives += static_cast<double>(direct[t].g) * lit.texels.surface_of(lit.texels.texels[t]);
+    }
+    EXPECT_NEAR(arrives / (static_cast<double>(kPi) * 1000 * 0.015 * 3), 1, 0.03) << x;
+  }
+}
+
 // relRMSE of direct light over every 61st texel; the noise of the truth is 1 % of a texel and 0.4 %
 // of the mean. Errors are asked for at the edges of shadows alone, so that the whole stays well
 // below them.
