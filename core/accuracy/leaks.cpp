@@ -25,8 +25,8 @@ constexpr std::uint32_t kSurePaths = 128;
 /// Where light comes by rare bright paths, as from a small patch in the sun, these find none: so
 /// many of a stratum's leaks stand for the others, and are traced until light is found, or by so
 /// many paths.
-constexpr std::size_t kConfirmed = 32;
-constexpr std::uint32_t kSurestPaths = 65536;
+constexpr std::size_t kConfirmed = 16;
+constexpr std::uint32_t kSurestPaths = 8192;
 constexpr std::uint32_t kHiddenRays = 16;
 constexpr std::uint32_t kMostOpen = 2;  // of them, in a crack or inside a solid
 

@@ -54,7 +54,7 @@ Status bake_pages(const JobOptions& options, Prepared& p, Made& made, Json& repo
   if (options.time_budget > 0) {
     LB_ASSIGN_OR_RETURN(const Quote quoted, quote(options, p, made.places, clock, progress,
                                                   kPilotShare * options.time_budget));
-    p.target_error = error_for_time(quoted.prices, options.time_budget - clock.seconds());
+    p.target_error = error_for_time(quoted, options.time_budget - clock.seconds());
     report["quote"] = report_quote(quoted.prices);
     tuned = tuned_from(quoted, p.target_error);
   } else {

@@ -35,7 +35,7 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
   clock.start("pilot");
   for (const double target : kPiloted) {
     if (!quote.pilots.empty() && clock.seconds() > patience) break;
-    LB_ASSIGN_OR_RETURN(Tuned t, tune(options, p, places, target, progress));
+    LB_ASSIGN_OR_RETURN(Tuned t, tune(options, p, places, target, progress, patience));
     reuses = reuses && t.first != nullptr;
     t.first = nullptr;
     quote.pilots.push_back(std::move(t));
@@ -75,10 +75,15 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
     }
     quote.prices.push_back(price);
   }
+  for (const double target : kCoarserErrors) {
+    quote.coarser.push_back(price_from(quote.pilots.front(), target));
+  }
   return quote;
 }
 
-double error_for_time(const std::vector<Price>& prices, double seconds) {
+double error_for_time(const Quote& quote, double seconds) {
+  std::vector<Price> prices = quote.coarser;
+  prices.insert(prices.end(), quote.prices.begin(), quote.prices.end());
   double best = prices.front().target;
   for (std::size_t i = 0; i < prices.size(); ++i) {
     const Price& price = prices[i];

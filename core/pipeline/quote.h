@@ -20,9 +20,13 @@ struct Price {
 /// Errors that are always quoted.
 constexpr double kQuotedErrors[] = {0.10, 0.05, 0.02, 0.01, 0.005};
 
+/// Coarser ones that a tight time budget may buy.
+constexpr double kCoarserErrors[] = {4.00, 0.80, 0.40, 0.20};
+
 /// The price list of a scene and the pilots behind it, coarse ones first.
 struct Quote {
-  std::vector<Price> prices;
+  std::vector<Price> prices;   // of kQuotedErrors
+  std::vector<Price> coarser;  // of kCoarserErrors
   std::vector<Tuned> pilots;
 };
 
@@ -33,9 +37,9 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
                     StageClock& clock, const Progress& progress,
                     double patience = std::numeric_limits<double>::infinity());
 
-/// The smallest error whose `rest` is within `seconds`, between the lines of a price list by
-/// log-log interpolation; the largest quoted error when none fits.
-double error_for_time(const std::vector<Price>& prices, double seconds);
+/// The smallest error whose `rest` is within `seconds`, between the lines of the price lists by
+/// log-log interpolation; the largest when none fits.
+double error_for_time(const Quote& quote, double seconds);
 
 /// Settings for a target from the pilots of a quote, without a new one.
 Tuned tuned_from(const Quote& quote, double target);

@@ -73,7 +73,7 @@ class Tuner {
     whole_ = count / std::max(1.0, static_cast<double>(areas_.size()));
   }
 
-  Result<Tuned> run(double target) {
+  Result<Tuned> run(double target, double patience) {
     Tuned tuned;
     tuned.rungs = {target, std::min(target, accuracy::kCoarsestRung),
                    std::min(kFirstStage * target, kCoarsestStage),
@@ -91,6 +91,7 @@ class Tuner {
           at.first < kNearStage * tuned.rungs.first) {
         break;
       }
+      if (own_.seconds() > patience) break;
     }
     // What is there is used.
     if (stage_ != nullptr && last_.at.first < kFineEnough * tuned.rungs.first) {
@@ -235,9 +236,9 @@ class Tuner {
 }  // namespace
 
 Result<Tuned> tune(const JobOptions& options, const Prepared& p, const LightmapPlaces& places,
-                   double target, const Progress& progress) {
+                   double target, const Progress& progress, double patience) {
   progress.report("pilot", 0);
-  return Tuner(options, p, places, progress).run(target);
+  return Tuner(options, p, places, progress).run(target, patience);
 }
 
 }  // namespace lightbatch::pipeline

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/random.h"
+#include "core/hierarchy/descend.h"
 #include "core/math/sampling.h"
 #include "core/math/sobol.h"
 #include "core/radiosity/emitter_bound.h"
@@ -239,12 +240,14 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
     } else {
       const std::uint32_t last = tree.primitives(cut[i].id).back();
       const bool one_lamp = emitters[first].lamp == emitters[last].lamp;
-      const ChosenEmitter chosen = choose_emitter(
-          *sources_, cut[i].id, at, static_cast<double>(turned(random.next_float(), choice.turn)));
-      if (chosen.probability > 0) {
-        EmitterTerms::Term term = emitter_term(at, chosen.emitter, counts);
+      // What is close has been opened: bounds tell enough of the rest.
+      const auto walk = hierarchy::descend(
+          tree, cut[i].id, turned(random.next_float(), choice.turn),
+          [&](Hierarchy::NodeId id) { return bound_of(*sources_, id, at).importance; });
+      if (walk.probability > 0) {
+        EmitterTerms::Term term = emitter_term(at, tree.primitive(tree.first(walk.node)), counts);
         term.source = one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1;
-        term.scale = static_cast<float>(1 / chosen.probability);
+        term.scale = 1 / walk.probability;
         term.irradiance *= term.scale;
         term.weight *= term.scale;
         add(term);
@@ -317,7 +320,7 @@ Incident DirectLight::sampled_emitter(const Receiver& at, float worth, double pi
   const double asked =
       worth > 0 ? std::clamp(whole() / static_cast<double>(worth), kLeastChance, 1.0) : 1;
   if (!(pick < asked)) return {};
-  const ChosenEmitter chosen = choose_emitter(*sources_, 0, at, pick / asked);
+  const ChosenEmitter chosen = choose_emitter(*sources_, at, pick / asked);
   if (!(chosen.probability > 0)) return {};
   const Emitter& e = sources_->emitters()[chosen.emitter];
   const EmitterSample sample = sample_emitter(*sources_, e, at, random);

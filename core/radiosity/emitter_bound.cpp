@@ -113,12 +113,11 @@ EmitterBound bound_of(const LightSources& sources, Hierarchy::NodeId node, const
   return {importance, most * std::min(1.0f, 2.0f * radius / (distance + 1e-20f))};
 }
 
-ChosenEmitter choose_emitter(const LightSources& sources, Hierarchy::NodeId node,
-                             const Receiver& at, double random) {
+ChosenEmitter choose_emitter(const LightSources& sources, const Receiver& at, double random) {
   const Hierarchy& tree = sources.emitter_tree();
   Few few;
   const auto walk = hierarchy::descend(
-      tree, node, random,
+      tree, 0, random,
       [&](Hierarchy::NodeId id) {
         if (tree.count(id) > kFew) return static_cast<double>(bound_of(sources, id, at).importance);
         few.weigh(sources, id, at);

@@ -22,7 +22,7 @@ struct EmitterBound {
 EmitterBound bound_of(const LightSources& sources, hierarchy::Hierarchy::NodeId node,
                       const Receiver& at);
 
-/// One of a node's emitters, about in proportion to what each may bring: down the hierarchy by
+/// One of all emitters, about in proportion to what each may bring: down the hierarchy by
 /// bounds, among the last few by each triangle's own place. Never the receiver's own triangle.
 /// random in [0, 1). The density of the choice is what matters where a large triangle passes close
 /// by: an emitter that is chosen too seldom for what it brings makes single bright samples.
@@ -30,7 +30,6 @@ struct ChosenEmitter {
   std::uint32_t emitter = 0;
   double probability = 0;  // 0: none
 };
-ChosenEmitter choose_emitter(const LightSources& sources, hierarchy::Hierarchy::NodeId node,
-                             const Receiver& at, double random);
+ChosenEmitter choose_emitter(const LightSources& sources, const Receiver& at, double random);
 
 }  // namespace lightbatch::radiosity
