@@ -25,6 +25,9 @@ constexpr double kNoiseDeviations = 2;
 /// A decision is believed once the interval is this narrow against the larger of error and target.
 constexpr double kNarrow = 0.5;
 
+/// Bias, surely, over error, from which on the residuals are alike.
+constexpr double kAlike = 0.1;
+
 /// Share of the paths' noise in the residuals up to which more probes tell more than more paths:
 /// squares of errors vary from texel to texel by several times their mean.
 constexpr double kMostNoise = 0.75;
@@ -222,6 +225,10 @@ Certificate judge(std::span<const Probe> probes, std::span<const Halves> halves,
   return result;
 }
 
+/// All residuals alike: either the map is biased, or its light comes by rare bright paths, and no
+/// path has met any yet.
+bool too_bright(const Certificate& c) { return c.bias_low > kAlike * c.relrmse; }
+
 }  // namespace
 
 Result<Certificate> certify(const PathTracer& tracer, std::span<const Probe> probes,
@@ -269,10 +276,10 @@ Result<Certificate> certify(const PathTracer& tracer, std::span<const Probe> pro
                     "report this scene");
     }
     const double scale = std::max(result.relrmse, options.target);
-    if (result.high - result.low <= kNarrow * scale &&
-        (result.high <= options.target || result.low > options.target)) {
-      break;
-    }
+    const bool decided =
+        result.high <= options.target ||
+        (result.low > options.target && (spent > options.max_paths / 2 || !too_bright(result)));
+    if (decided && result.high - result.low <= kNarrow * scale) break;
     // Twice the probes, or twice the paths of each: whichever the residuals are short of.
     const bool more_probes = 2 * used <= probes.size() && noise_share < kMostNoise;
     const std::uint64_t next = more_probes ? 2 * used : used;

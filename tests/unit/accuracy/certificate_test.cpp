@@ -245,6 +245,59 @@ TEST(Certificate, RarePathsAreNotTakenForCertainty) {
   }
 }
 
+// A floor that is lit by a tiny patch in the sun alone, and a map that is right, judged on both:
+// the first paths from the floor meet the patch nowhere, as if all its light were wrong. More paths
+// do.
+TEST(Certificate, LightThatNoPathHasFoundYetIsNoMiss) {
+  SceneKit kit;
+  kit.quad({Vec3f{-2, 0, -2}, {-2, 0, 2}, {2, 0, 2}, {2, 0, -2}}, kit.material(Rgb{}));
+  const float half = 0.002f;
+  const double lux = 2.5e6, area = 1.6e-5;
+  const std::uint32_t patch = kit.quad({Vec3f{-1, 0.3f - half, half},
+                                        {-1, 0.3f - half, -half},
+                                        {-1, 0.3f + half, -half},
+                                        {-1, 0.3f + half, half}},
+                                       kit.material(Rgb::grey(0.9f)));
+  scene::Light sun;
+  sun.kind = scene::LightKind::kDirectional;
+  sun.direction = {-1, 0, 0};
+  sun.intensity = to_float(Rgbd{lux, lux, lux});
+  kit.scene().lights = {sun};
+  kit.finish();
+  const PathTracer tracer(kit.caster(), kit.optics(), kBlackSky);
+  Random random(7);
+  constexpr int kProbes = 512;
+  std::vector<Probe> probes;
+  double floor_mean = 0;
+  const double floor_area = 0.25;  // of the part that is judged
+  for (int i = 0; i < kProbes; ++i) {
+    if (i % 2 == 0) {
+      probes.push_back({to_float(Rgbd{lux, lux, lux}), among({{patch, 0.3f, 0.3f, false}}),
+                        2 * area / floor_area});
+      continue;
+    }
+    const double x = -1 + 0.5 * random.next_double(), z = 0.5 * random.next_double() - 0.25;
+    // A point that sends on by Lambert's law: nothing is nearer than 75 times its size.
+    const double d2 = (x + 1) * (x + 1) + z * z + 0.09;
+    const double light = 0.9 * lux / kPiDouble * area * 0.3 * (x + 1) / (d2 * d2);
+    const auto a = static_cast<float>((x + 2) / 4), b = static_cast<float>((z + 2) / 4);
+    const SurfacePoint at =
+        b > a ? SurfacePoint{0, b - a, a, false} : SurfacePoint{1, b, a - b, false};
+    probes.push_back({to_float(Rgbd{light, light, light}), among({at}), 2});
+    floor_mean += light / (kProbes / 2);
+  }
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CertificateOptions options;
+    options.target = 0.05;
+    options.max_paths = 3'200'000;
+    options.map_mean = floor_mean + lux * area / floor_area;
+    options.seed = seed;
+    const Certificate c = certify(tracer, probes, options, Progress()).value();
+    EXPECT_FALSE(c.missed) << seed << ": " << c.low;
+    EXPECT_GT(c.paths, options.max_paths / 2) << seed;
+  }
+}
+
 TEST(Certificate, LightThatIsNotFiniteIsAnError) {
   const LampScene scene;
   const PathTracer tracer(scene.kit().caster(), scene.kit().optics(), kBlackSky);
