@@ -38,6 +38,8 @@ constexpr int kMostSearched = 64;
 constexpr float kSameShare = 0.02f;
 /// Random numbers of directions to suns; those of places come before.
 constexpr std::uint64_t kSunStream = 4096;
+/// Those of a search.
+constexpr std::uint64_t kSearchStream = 8192;
 /// Half a diagonal, texels.
 constexpr double kSixteenthRadius = 0.25 * 0.7072;
 
@@ -104,8 +106,13 @@ PunctualTexel::PunctualTexel(const BakeInput& input, const GatherSettings& setti
 
 bool PunctualTexel::is_behind_one_triangle(const PunctualLight& light, const TexelPoints& points,
                                            Receivers& receivers, BakeCounts& counts) const {
-  // A sun of the sky is seen from points in other directions too.
-  if (light.is_of_sky()) return false;
+  // A sun of the sky is seen from points in other directions too. Where the surface ends within the
+  // texel, its outermost points are not known.
+  const bool whole = points.count == points.point.size() &&
+                     std::all_of(points.point.begin(), points.point.end(), [&](const auto& p) {
+                       return p.triangle == points.point[0].triangle && p.parts == 0;
+                     });
+  if (light.is_of_sky() || !whole) return false;
   std::uint32_t blocker = rays::kNoTriangle;
   for (const Vec2f corner : {Vec2f{0, 0}, Vec2f{1, 0}, Vec2f{0, 1}, Vec2f{1, 1}}) {
     const auto outer = [&](const TexelPoints::Point& p) {
@@ -128,10 +135,13 @@ bool PunctualTexel::search(std::uint32_t t, const PunctualLight& light, const Rg
   const auto rays = static_cast<std::uint32_t>(
       std::clamp(settings_.rays / kRaysOverSearch, static_cast<int>(points.count),
                  std::max(kMostSearched, static_cast<int>(points.count))));
-  const OwenSobol2 within(static_cast<std::uint32_t>(item_seed(input_.seed, t, 290)));
   const OwenSobol2 on_sun(static_cast<std::uint32_t>(item_seed(input_.seed, t, 292)));
   for (std::uint32_t i = 0; i < rays; ++i) {
-    const Receiver at = receivers(points.point[i % points.count], within.point(i));
+    const std::uint32_t which = i % points.count;
+    // One sequence for each point: of a common one, each would get a strip.
+    const OwenSobol2 within(
+        static_cast<std::uint32_t>(item_seed(input_.seed, t, kSearchStream + which)));
+    const Receiver at = receivers(points.point[which], within.point(i / points.count));
     if (!(input_.direct.punctual_visibility(at, light, on_sun.point(i), counts.rays) == share)) {
       return true;
     }

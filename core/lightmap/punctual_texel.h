@@ -36,7 +36,8 @@ class PunctualTexel {
   /// tell.
   bool search(std::uint32_t t, const radiosity::PunctualLight& light, const Rgb& share,
               const TexelPoints& points, Receivers& receivers, BakeCounts& counts) const;
-  /// Rays from all corners of the texel end on the same triangle: all between them do.
+  /// The surface is there all over the texel, and rays from its corners end on the same triangle:
+  /// all between them do.
   bool is_behind_one_triangle(const radiosity::PunctualLight& light, const TexelPoints& points,
                               Receivers& receivers, BakeCounts& counts) const;
   Rgbd one_light(std::uint32_t t, std::size_t light, const TexelPoints& points, double may_be_off,
