@@ -47,10 +47,11 @@ struct Certificate {
   bool missed = false;
 };
 
-/// Spends paths until the interval decides against the target or the budget is gone. The probes
-/// must be drawn in random order, by area or by what their weights say (Horvitz and Thompson 1952):
-/// a prefix of them may be used. The same result for the same arguments on any number of threads.
-/// CANCELLED when asked to stop.
+/// Spends paths until the interval decides against the target or the budget is gone; of a map that
+/// seems too bright everywhere, half the budget before it is missed, as its light may come by rare
+/// paths. The probes must be drawn in random order, by area or by what their weights say (Horvitz
+/// and Thompson 1952): a prefix of them may be used. The same result for the same arguments on any
+/// number of threads. CANCELLED when asked to stop.
 Result<Certificate> certify(const PathTracer& tracer, std::span<const Probe> probes,
                             const CertificateOptions& options, const Progress& progress);
 

@@ -24,9 +24,10 @@ struct LeakOptions {
 /// tracing) although the lightmap shows more than `bright` times the mean there.
 struct Leaks {
   std::uint64_t points = 0;               // looked at
-  std::uint64_t leaks = 0;                // of them: shown bright, but dark
+  std::uint64_t leaks = 0;                // of them: shown bright, but dark; scaled by the share
+                                          // of some that stay dark when traced much longer
   double area_share = 0;                  // of the surface, estimated from them
-  double largest = 0;                     // share of the mean
+  double largest = 0;                     // share of the mean, of those traced longer
   std::uint32_t triangle = scene::kNone;  // where that was
   std::uint64_t hidden = 0;  // also bright and dark, but in a crack narrower than a texel or inside
                              // a solid: nobody looks in there

@@ -80,10 +80,7 @@ Receiver EmitterTexel::receiver(const Cell& cell, Vec2f within) {
 }
 
 void EmitterTexel::add_record(radiosity::EmitterTerms::Term term, std::uint32_t cell) {
-  const float share = cells_[cell].share;
-  term.irradiance *= share;
-  term.weight *= share;
-  term.scale *= share;
+  term.scale_by(cells_[cell].share);
   records_.push_back({term, cell});
 }
 
@@ -148,7 +145,6 @@ void EmitterTexel::start(std::uint32_t t, std::uint32_t points, BakeCounts& coun
 void EmitterTexel::cut(BakeCounts& counts) {
   // How far a cell's middle is off its mean: of what it differs from cells beside it by.
   constexpr float kOfDifference = 0.25f, kOfSiblings = 0.05f, kOfMost = 0.25f;
-  const auto unseen = [](const Cell& c) { return kOfMost * std::max(0.0f, c.most - c.light); };
   const auto doubtful = [&](std::uint32_t a, std::uint32_t b) {
     return cells_[a].doubt != cells_[b].doubt ? cells_[a].doubt < cells_[b].doubt : a > b;
   };
@@ -165,7 +161,7 @@ void EmitterTexel::cut(BakeCounts& counts) {
       if (!adjacent(grid_.point[i], grid_.point[j])) continue;
       most = std::max(most, std::fabs(cells_[i].light - cells_[j].light));
     }
-    cells_[i].doubt = cells_[i].share * (kOfDifference * most + unseen(cells_[i]));
+    cells_[i].doubt = cells_[i].share * (kOfDifference * most + kOfMost * cells_[i].unseen());
   }
   for (std::uint32_t i = 0; i < grid_.count; ++i) add(i);
   const double enough = 3 * kUnevenShare * allowed_;  // over channels
@@ -190,8 +186,9 @@ void EmitterTexel::cut(BakeCounts& counts) {
     }
     for (std::uint32_t k = 0; k < 4; ++k) {
       Cell& part = cells_[first + k];
-      part.doubt = part.share * (kOfDifference * std::fabs(mean - whole.light) +
-                                 kOfSiblings * std::fabs(part.light - mean) + unseen(part));
+      part.doubt =
+          part.share * (kOfDifference * std::fabs(mean - whole.light) +
+                        kOfSiblings * std::fabs(part.light - mean) + kOfMost * part.unseen());
       add(first + k);
     }
   }
@@ -313,7 +310,7 @@ EmitterPart EmitterTexel::pilot(std::uint32_t t, bool thorough, std::vector<Sour
   const int fewest = thorough ? rays : std::max(1, rays / kThoroughRays);
   EmitterPart part = measure(t, fewest, {}, &states, by_group, counts);
   float unseen = 0;
-  for (const Cell& c : cells_) unseen += c.share * std::max(0.0f, c.most - c.light) / 3;
+  for (const Cell& c : cells_) unseen += c.share * c.unseen() / 3;
   part.uneven = std::max(part.uneven, unseen);
   return part;
 }

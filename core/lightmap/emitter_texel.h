@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -68,6 +69,9 @@ class EmitterTexel {
     float most = 0;   // that the close emitters may bring to a part of it
     float doubt = 0;  // how far its middle may be off its mean, times the share
     bool cut = false;
+
+    /// What the close emitters may bring beside what its middle sees.
+    float unseen() const { return std::max(0.0f, most - light); }
   };
   /// A term in the middle of a cell, times its share.
   struct Record {

@@ -133,8 +133,7 @@ bool PunctualTexel::search(std::uint32_t t, const PunctualLight& light, const Rg
                            BakeCounts& counts) const {
   if (share.is_black() && is_behind_one_triangle(light, points, receivers, counts)) return false;
   const auto rays = static_cast<std::uint32_t>(
-      std::clamp(settings_.rays / kRaysOverSearch, static_cast<int>(points.count),
-                 std::max(kMostSearched, static_cast<int>(points.count))));
+      std::clamp(settings_.rays / kRaysOverSearch, static_cast<int>(points.count), kMostSearched));
   const OwenSobol2 on_sun(static_cast<std::uint32_t>(item_seed(input_.seed, t, 292)));
   for (std::uint32_t i = 0; i < rays; ++i) {
     const std::uint32_t which = i % points.count;

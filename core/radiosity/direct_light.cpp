@@ -92,23 +92,6 @@ EmitterSample sample_triangle(const Emitter& e, const Receiver& at, Vec2f random
   return sample;
 }
 
-Aabb box_of(const Emitter& e, const LightSources& sources) {
-  Aabb box;
-  if (e.is_point()) {
-    box.add(sources.point(e).position);
-  } else {
-    for (const Vec3f& p : {e.a, e.b, e.c}) box.add(p);
-  }
-  return box;
-}
-
-/// Of the box's corners, how far along the normal from where rays start.
-float farthest_along(const Aabb& box, const optics::SurfaceFrame& frame) {
-  const Vec3f half = box.extent() * 0.5f, &n = frame.normal;
-  return dot(box.centre() - frame.origin, n) + std::fabs(n.x) * half.x + std::fabs(n.y) * half.y +
-         std::fabs(n.z) * half.z;
-}
-
 EmitterSample sample_emitter(const LightSources& sources, const Emitter& e, const Receiver& at,
                              Vec2f random) {
   return e.is_point() ? sample_point(sources.point(e), at) : sample_triangle(e, at, random);
@@ -141,8 +124,7 @@ Rgb DirectLight::through(const rays::Ray& ray, std::uint32_t a, std::uint32_t b,
 
 Rgb DirectLight::open_irradiance(const Emitter& e, const Receiver& at, RayCounts& counts) const {
   if (e.is_point()) return sources_->point(e).irradiance(at.frame.position, at.frame.normal);
-  // What touches the surface is behind where rays start.
-  if (!(farthest_along(box_of(e, *sources_), at.frame) > 0)) return {};
+  if (!(highest_of(e, at) > 0)) return {};
   const Vec3d point = to_double(at.frame.position);
   const Vec3d normal = to_double(at.frame.normal);
   ++counts.polygon_factors;
@@ -166,9 +148,8 @@ EmitterTerms::Term DirectLight::emitter_term(const Receiver& at, std::uint32_t e
 float DirectLight::most_nearby(std::uint32_t emitter, const Receiver& at, float edge) const {
   const Emitter& e = sources_->emitters()[emitter];
   if (is_own(e, at)) return 0;
-  const Aabb box = box_of(e, *sources_);
-  if (box.distance_to(at.frame.position) > edge * std::numbers::sqrt2_v<float> / 2) return 0;
-  if (!(farthest_along(box, at.frame) > 0)) return 0;
+  if (e.box().distance_to(at.frame.position) > edge * std::numbers::sqrt2_v<float> / 2) return 0;
+  if (!(highest_of(e, at) > 0)) return 0;
   const float all = e.power / (e.double_sided ? 2.0f : 1.0f) / (edge * edge);
   return e.is_point() ? all : std::min(all, kPi * e.luminance.sum());
 }
@@ -188,8 +169,7 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
   };
   const auto add_one = [&](std::uint32_t index) {
     EmitterTerms::Term term = emitter_term(at, index, counts);
-    term.close =
-        reach > 0 && box_of(emitters[index], *sources_).distance_to(at.frame.position) < reach;
+    term.close = reach > 0 && emitters[index].box().distance_to(at.frame.position) < reach;
     if (term.close) terms.close[terms.close_count++] = index;
     add(term);
   };
@@ -247,9 +227,7 @@ void DirectLight::emitter_terms(const Receiver& at, const CutChoice& choice, Emi
       if (walk.probability > 0) {
         EmitterTerms::Term term = emitter_term(at, tree.primitive(tree.first(walk.node)), counts);
         term.source = one_lamp ? 2 * emitters[first].lamp : 2 * cut[i].id + 1;
-        term.scale = 1 / walk.probability;
-        term.irradiance *= term.scale;
-        term.weight *= term.scale;
+        term.scale_by(1 / walk.probability);
         add(term);
       }
     }

@@ -75,6 +75,12 @@ struct EmitterTerms {
     float weight = 0;          // channel sum of irradiance
     float scale = 1;           // 1 over the chance of a cut node's representative
     bool close = false;        // the emitter is one of `close`
+
+    void scale_by(float factor) {
+      irradiance *= factor;
+      weight *= factor;
+      scale *= factor;
+    }
   };
   std::array<Term, kCapacity> term;
   std::size_t count = 0;  // of term

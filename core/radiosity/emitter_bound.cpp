@@ -39,11 +39,9 @@ float importance_of(const LightSources& sources, Hierarchy::NodeId leaf, const R
   const Emitter& e = sources.emitters()[sources.emitter_tree().primitives(leaf)[0]];
   if (e.is_point()) return bound_of(sources, leaf, at).importance;
   if (is_own(e, at)) return 0;
-  const Vec3f& n = at.frame.normal;
-  const Vec3f to = e.a - at.frame.origin;
-  const float height = dot(to, n) + std::max({0.0f, dot(e.b - e.a, n), dot(e.c - e.a, n)});
+  const float height = highest_of(e, at);
   if (height <= 0 && !at.is_in_space()) return 0;
-  const float before = -dot(to, cross(e.b - e.a, e.c - e.a)) / (2 * e.area);
+  const float before = -dot(e.a - at.frame.origin, cross(e.b - e.a, e.c - e.a)) / (2 * e.area);
   if (before <= 0 && !e.double_sided) return 0;
   const Aabb box = sources.emitter_tree().box(leaf);
   const float nearest = box.distance_to(at.frame.position);

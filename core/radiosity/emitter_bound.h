@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "core/hierarchy/hierarchy.h"
@@ -13,8 +14,16 @@ inline bool is_own(const Emitter& e, const Receiver& at) {
   return !e.is_point() && e.triangle == at.triangle;
 }
 
-/// How much a node of the emitters' hierarchy may bring, lux summed over channels (its power as
-/// from the middle of its box), and how far that may be off.
+/// How far an emitter's highest corner is above the plane that rays start from, metres: what lies
+/// below it, or touches the surface, brings nothing.
+inline float highest_of(const Emitter& e, const Receiver& at) {
+  const Vec3f& n = at.frame.normal;
+  return dot(e.a - at.frame.origin, n) + std::max({0.0f, dot(e.b - e.a, n), dot(e.c - e.a, n)});
+}
+
+/// How much a node of the emitters' hierarchy may bring, lux summed over channels: its power as
+/// from the middle of its box; and how far that may be off, by what the nearest point of the box
+/// may bring.
 struct EmitterBound {
   float importance = 0;
   float uncertainty = 0;

@@ -194,11 +194,7 @@ void LightSources::build_tree() {
   if (emitters_.empty()) return;
   std::vector<Aabb> boxes;
   boxes.reserve(emitters_.size());
-  for (const Emitter& e : emitters_) {
-    Aabb box;
-    for (const Vec3f& p : {e.a, e.b, e.c}) box.add(p);
-    boxes.push_back(box);
-  }
+  for (const Emitter& e : emitters_) boxes.push_back(e.box());
   emitter_tree_ = hierarchy::build(boxes);
   node_power_.resize(emitter_tree_.node_count());
   node_facing_.resize(emitter_tree_.node_count());

@@ -47,7 +47,7 @@ struct PunctualLight {
 struct Emitter {
   static constexpr std::uint32_t kTriangle = 0xffffffffu;
   std::uint32_t triangle = rays::kNoTriangle;
-  Vec3f a, b, c;    // counter-clockwise from the emitting side
+  Vec3f a, b, c;    // counter-clockwise from the emitting side; of a point all three
   Rgb luminance;    // mean, nits
   float area = 0;   // m2
   float power = 0;  // pi * area * luminance of both sides, or pi * intensity, summed over channels
@@ -57,6 +57,12 @@ struct Emitter {
   std::uint32_t lamp = 0;           // the same for emitters that stand close together
 
   bool is_point() const { return point != kTriangle; }
+  /// Of the triangle, or the point.
+  Aabb box() const {
+    Aabb box;
+    for (const Vec3f& p : {a, b, c}) box.add(p);
+    return box;
+  }
 };
 
 /// Point and spot lights up to which each is a light of its own.

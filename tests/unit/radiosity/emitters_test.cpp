@@ -214,6 +214,25 @@ TEST(Emitters, WhatTouchesASurfaceIsBehindIt) {
   EXPECT_EQ(terms.total.g, 0);
 }
 
+// The same on a slope, where the corners of the lamp's box stand high above the surface.
+TEST(Emitters, WhatTouchesASlopeIsBehindIt) {
+  SceneKit kit;
+  const std::uint32_t lamp = kit.material(Rgb{}, {10, 10, 10});
+  kit.quad({Vec3f{0, 0, 0}, {1, 1, 0}, {1, 1, 1}, {0, 0, 1}}, lamp);
+  kit.finish();
+  const LightSources sources(kit.scene(), kit.optics(), {});
+  const DirectLight direct(kit.optics(), kit.caster(), sources, false);
+  Receiver at;
+  const Vec3f up = normalized(Vec3f{-1, 1, 0});
+  at.frame.position = Vec3f{0.5f, 0.5f, 0.5f} - up * 1e-6f;
+  at.frame.origin = Vec3f{0.5f, 0.5f, 0.5f} + up * 1e-5f;
+  at.frame.normal = up;
+  EmitterTerms terms;
+  RayCounts counts;
+  direct.emitter_terms(at, {1, 0}, terms, counts);
+  EXPECT_EQ(terms.total.g, 0);
+}
+
 TEST(Emitters, ALampAtTheSamePlaceTwiceShinesOnce) {
   SceneKit kit;
   const std::uint32_t lamp = kit.material(Rgb{}, {300, 300, 300});
