@@ -212,6 +212,17 @@ Json report_radiosity(const LightBake& bake) {
             {"error", in > 0 ? std::fabs(in - out) / in : 0.0}}}};
 }
 
+Json report_layout(const LightmapPlaces& places) {
+  const atlas::Layout& layout = places.layout;
+  return {{"charts", layout.charts.size()},
+          {"texels", places.texels.texels.size()},
+          {"texels_per_metre_asked", layout.asked_texels_per_metre},
+          {"texels_per_metre_given", layout.texels_per_metre},
+          {"utilisation", layout.utilisation},
+          {"area_off_density", layout.out_of_density_area},
+          {"footprint_conflicts", layout.footprint_conflicts}};
+}
+
 Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& counts,
                       const std::vector<lightmap::EncodedPage>& encoded) {
   const atlas::Layout& layout = places.layout;
@@ -231,16 +242,11 @@ Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& 
                      {"clipped_texels", encoded[i].clipped_texels}});
   }
   const double all_texels = static_cast<double>(std::max<std::uint64_t>(1, counts.texels));
-  return {{"charts", layout.charts.size()},
-          {"texels", places.texels.texels.size()},
-          {"texels_per_metre_asked", layout.asked_texels_per_metre},
-          {"texels_per_metre_given", layout.texels_per_metre},
-          {"utilisation", layout.utilisation},
-          {"area_off_density", layout.out_of_density_area},
-          {"footprint_conflicts", layout.footprint_conflicts},
-          {"gathered_share", static_cast<double>(counts.computed_texels) / all_texels},
-          {"refined_share", static_cast<double>(counts.refined_texels) / all_texels},
-          {"pages", pages}};
+  Json json = report_layout(places);
+  json["gathered_share"] = static_cast<double>(counts.computed_texels) / all_texels;
+  json["refined_share"] = static_cast<double>(counts.refined_texels) / all_texels;
+  json["pages"] = std::move(pages);
+  return json;
 }
 
 Json report_batches(const gltf::Document& document, const scene::Scene& scene,

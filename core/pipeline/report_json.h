@@ -24,6 +24,8 @@ using Json = nlohmann::json;
 Json report_head(const JobOptions& options, const JobInput& input, const Prepared& p);
 Json report_hierarchy(const hierarchy::Statistics& statistics, double build_seconds);
 Json report_radiosity(const LightBake& bake);
+/// Section "lightmaps" before anything is baked: charts, texels, density.
+Json report_layout(const LightmapPlaces& places);
 Json report_lightmaps(const LightmapPlaces& places, const lightmap::BakeCounts& counts,
                       const std::vector<lightmap::EncodedPage>& pages);
 Json report_batches(const gltf::Document& document, const scene::Scene& scene,

@@ -23,6 +23,14 @@ Result<JobOutcome> finish(Artifacts& artifacts, const Progress& progress, std::s
   return outcome;
 }
 
+/// What the figures below it are for.
+std::string layout_line(const LightmapPlaces& places) {
+  char line[96];
+  std::snprintf(line, sizeof line, "%zu texels, %.4g per metre\n", places.texels.texels.size(),
+                places.layout.texels_per_metre);
+  return line;
+}
+
 }  // namespace
 
 Result<JobOutcome> run_quote(const JobOptions& options, const JobInput& input,
@@ -32,12 +40,13 @@ Result<JobOutcome> run_quote(const JobOptions& options, const JobInput& input,
   LB_ASSIGN_OR_RETURN(const LightmapPlaces places, make_places(options, p, clock, progress));
   LB_ASSIGN_OR_RETURN(const Quote quoted, quote(options, p, places, clock, progress));
   Json report = report_head(options, input, p);
+  report["lightmaps"] = report_layout(places);
   report["quote"] = report_quote(quoted.prices);
   report_stages(report, clock);
   Artifacts artifacts(output);
   LB_RETURN_IF_ERROR(artifacts.add("quote.json", report.dump(1) + "\n"));
   LB_RETURN_IF_ERROR(artifacts.add("quote.html", report::html(report, {})));
-  std::string summary = "error      expected   time\n";
+  std::string summary = layout_line(places) + "error      expected   time\n";
   for (const Price& price : quoted.prices) {
     char line[128];
     char measured[32] = "-";
@@ -59,7 +68,8 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
   const double shared_seconds = clock.seconds();
   const double shared_cpu = clock.cpu_seconds();
   Json rows = Json::array();
-  std::string summary = "target     certified (95 % interval)      seconds   CPU seconds\n";
+  std::string summary =
+      layout_line(places) + "target     certified (95 % interval)      seconds   CPU seconds\n";
   for (const double target : targets) {
     char phase[24];
     std::snprintf(phase, sizeof phase, "bake at %.3g%%", 100 * target);
@@ -90,6 +100,7 @@ Result<JobOutcome> run_sweep(const JobOptions& options, const JobInput& input,
   }
   clock.stop();
   Json report = report_head(options, input, p);
+  report["lightmaps"] = report_layout(places);
   report["sweep"] = rows;
   report_stages(report, clock);
   Artifacts artifacts(output);

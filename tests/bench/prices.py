@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 """How honest prices are: every scene that has light, quoted and baked at each target, and at time budgets.
 
-  prices.py --scenes DIR [--build DIR] [--targets 5%,2%,1%] [--budgets 10,30] [--sky NITS] [--longest S] [--out DIR] [WORD...]
+  prices.py --scenes DIR [--build DIR] [--targets 5%,2%,1%] [--budgets 10,30] [--sky NITS] [--coarser F] [--longest S]
+            [--out DIR] [WORD...]
 
 Scenes: the .glb files of the folder (WORD: part of a name), and a generated office. --sky lights those that have no light of their
-own; without, these are left out. Rows whose quote is above --longest seconds are left out and counted. Prints a row a bake as a Markdown
+own; without, these are left out. --coarser: lightmaps of a density so many times
+lower than chosen from the scene. Rows whose quote is above --longest seconds are left out and counted. Prints a row a bake as a Markdown
 table: seconds quoted and taken, the certified error with its interval, what was foretold; then the shares that a price is judged by:
 certified at or below the target, below half of it, time within 30 % of the quote, budgets kept within 10 %.
 prices.json in --out holds the same. Run it with nothing else on the machine: a quote is seconds.
@@ -49,6 +51,9 @@ def prices_of(words, scene, folder):
     if not lit(report, words.sky):
         print(f"{scene.name}: no light", file=sys.stderr)
         return
+    if words.coarser > 1:
+        code, report, _ = run(words, "quote", scene, "--no-cache", *options)
+        options += ["--texels-per-metre", f"{report['lightmaps']['texels_per_metre_given'] / words.coarser:.4g}"] if code == 0 else []
     code, report, _ = run(words, "quote", scene, "--no-cache", *options)
     if code != 0:
         print(f"{scene.name}: {report}", file=sys.stderr)
@@ -99,6 +104,7 @@ def main():
     parser.add_argument("--targets", default="5%,2%,1%")
     parser.add_argument("--budgets", default="")
     parser.add_argument("--sky", type=float, default=0)
+    parser.add_argument("--coarser", type=float, default=1)
     parser.add_argument("--longest", type=float, default=300)
     parser.add_argument("--out", type=pathlib.Path)
     parser.add_argument("words", nargs="*")

@@ -85,7 +85,10 @@ class CommandLine(programs.WithFolder):
         self.assertEqual((effects["sky"]["on"], effects["sky"]["cost_share"]), (False, 0))
         quote = lightbatch("quote", scene, "-q", "--json", "--texels-per-metre", "16")
         self.assertEqual(quote.returncode, 0, quote.stderr)
-        self.assertEqual(json.loads(quote.stdout)["state"], "SUCCEEDED")
+        result = json.loads(quote.stdout)
+        self.assertEqual(result["state"], "SUCCEEDED")
+        self.assertEqual(result["report"]["lightmaps"]["texels_per_metre_asked"], 16)
+        self.assertGreater(result["report"]["lightmaps"]["texels"], 6 * 16 * 16)
         for name in ["boxes.glb", "boxes.svg", "boxes.png"]:
             drawn = lightbatch("hierarchy", scene, "--levels", "0,1,2", "-o", self.path(name))
             self.assertEqual(drawn.returncode, 0, drawn.stderr)
