@@ -15,11 +15,11 @@ namespace {
 constexpr std::size_t kEdge = GuideGrid::kEdge;
 constexpr std::size_t kCells = GuideGrid::kCells;
 /// Of the points, and their density, that stay even.
-constexpr float kEven = 0.4f;
+constexpr double kEven = 0.4;
 /// Rays of mean light that each cell is taken to have had besides its own.
-constexpr float kPrior = 2;
+constexpr double kPrior = 2;
 /// Weights of a cell and of those beside it, each way.
-constexpr float kOwn = 4, kBeside = 1;
+constexpr double kOwn = 4, kBeside = 1;
 constexpr int kFewestTexels = 3;           // edge of a chart that has tiles
 constexpr std::size_t kMostTogether = 64;  // texels without a tile
 
@@ -40,38 +40,42 @@ GuideGrid& GuideGrid::operator+=(const GuideGrid& other) {
 
 Guide::Guide() = default;
 
+// In double: the squares of faint light are no normal floats, and those of strong light close to
+// the largest.
 Guide::Guide(const GuideGrid& learned) {
-  float all = 0;
-  for (const float s : learned.squares) all += s;
+  double all = 0;
+  for (const float s : learned.squares) all += static_cast<double>(s);
   if (!(all > 0) || !std::isfinite(all)) return;
   even_ = false;
-  const float mean = all / learned.rays;                         // of squares
-  const float each = learned.rays / static_cast<float>(kCells);  // rays of a cell, if even
-  float sum = 0;
+  const double mean = all / static_cast<double>(learned.rays);  // of squares
+  // Rays of a cell, if even.
+  const double each = static_cast<double>(learned.rays) / static_cast<double>(kCells);
+  std::array<double, kCells> density;
+  double sum = 0;
   for (std::size_t y = 0; y < kEdge; ++y) {
     for (std::size_t x = 0; x < kEdge; ++x) {
-      float squares = 0, weight = 0;
+      double squares = 0, weight = 0;
       for (std::size_t j = y > 0 ? y - 1 : 0; j <= std::min(y + 1, kEdge - 1); ++j) {
         for (std::size_t i = x > 0 ? x - 1 : 0; i <= std::min(x + 1, kEdge - 1); ++i) {
-          const float w = (i == x ? kOwn : kBeside) * (j == y ? kOwn : kBeside);
-          squares += w * learned.squares[i + kEdge * j];
+          const double w = (i == x ? kOwn : kBeside) * (j == y ? kOwn : kBeside);
+          squares += w * static_cast<double>(learned.squares[i + kEdge * j]);
           weight += w;
         }
       }
       // In rays of the cell itself.
       squares /= kOwn * kOwn;
       weight /= kOwn * kOwn;
-      float& density = density_[x + kEdge * y];
-      density = std::sqrt((squares + kPrior * mean) / (weight * each + kPrior));
-      sum += density;
+      double& d = density[x + kEdge * y];
+      d = std::sqrt((squares + kPrior * mean) / (weight * each + kPrior));
+      sum += d;
     }
   }
-  const float scale = (1 - kEven) * static_cast<float>(kCells) / sum;
+  const double scale = (1 - kEven) * static_cast<double>(kCells) / sum;
   for (std::size_t y = 0; y < kEdge; ++y) {
     for (std::size_t x = 0; x < kEdge; ++x) {
-      float& density = density_[x + kEdge * y];
-      density = kEven + scale * density;
-      row_[y] += density;
+      float& d = density_[x + kEdge * y];
+      d = static_cast<float>(kEven + scale * density[x + kEdge * y]);
+      row_[y] += d;
     }
     total_ += row_[y];
   }

@@ -53,7 +53,8 @@ def prices_of(words, scene, folder):
         return
     if words.coarser > 1:
         code, report, _ = run(words, "quote", scene, "--no-cache", *options)
-        options += ["--texels-per-metre", f"{report['lightmaps']['texels_per_metre_given'] / words.coarser:.4g}"] if code == 0 else []
+        density = report["lightmaps"]["texels_per_metre_given"] if code == 0 else 0
+        options += ["--texels-per-metre", f"{density / words.coarser:.4g}"] if density > 0 else []
     code, report, _ = run(words, "quote", scene, "--no-cache", *options)
     if code != 0:
         print(f"{scene.name}: {report}", file=sys.stderr)

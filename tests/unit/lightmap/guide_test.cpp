@@ -56,6 +56,23 @@ TEST(Guide, KeepsMeansAndTakesNoise) {
   EXPECT_LT(squares - sum * sum, 0.1 * even);
 }
 
+// The same guide of light whose mean square is no normal float, and of light whose sums are none.
+TEST(Guide, LeadsInFaintAndInStrongLight) {
+  constexpr std::size_t kBright = 5 + 16 * 11;
+  const Guide guide(one_bright_cell(kBright));
+  const OwenSobol2 points(7);
+  for (const float scale : {1e-42f, 1e32f}) {
+    GuideGrid grid = one_bright_cell(kBright);
+    for (float& squares : grid.squares) squares *= scale;
+    const Guide other(grid);
+    for (std::uint32_t i = 0; i < 64; ++i) {
+      const Guide::Place place = guide.place(points.point(i)), same = other.place(points.point(i));
+      // Squares of 1e-42 have three digits.
+      EXPECT_NEAR(same.weight, place.weight, 2e-3f * place.weight) << scale;
+    }
+  }
+}
+
 // One ray that met a lamp must not draw all others there.
 TEST(Guide, BelievesFewRaysLittle) {
   GuideGrid grid;
