@@ -59,6 +59,9 @@ def prices_of(words, scene, folder):
     if code != 0:
         print(f"{scene.name}: {report}", file=sys.stderr)
         return
+    if report["lightmaps"]["texels"] == 0:
+        print(f"{scene.name}: no surface to light", file=sys.stderr)
+        return
     quoted = {round(price["error"], 6): price for price in report["quote"]}
     for target in words.targets:
         price = quoted[min(quoted, key=lambda error: abs(error - target))]
