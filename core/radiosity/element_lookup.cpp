@@ -14,9 +14,6 @@ namespace {
 /// stands on it, high enough to pass over the surface's own roughness.
 constexpr float kSightHeight = 0.02f;
 
-/// Points of a cell that should see each other: near its four corners.
-constexpr float kSpread[4][2] = {{0.01f, 0.01f}, {0.99f, 0.01f}, {0.01f, 0.99f}, {0.99f, 0.99f}};
-
 /// Cells that are looked at for one in the place of a split one.
 constexpr std::size_t kMostVisited = 25;
 
@@ -36,14 +33,17 @@ ElementLookup::ElementLookup(const scene::Scene& scene, const rays::Caster& cast
       const auto e = static_cast<ElementId>(i);
       if (!elements.is_cell(e)) continue;
       const bool back = elements.is_back(e);
-      Place p[4];
-      for (std::size_t k = 0; k < 4; ++k) {
-        p[k] = place(elements.point(e, kSpread[k][0], kSpread[k][1]), back);
+      const Elements::Outline outline = elements.outline(e);
+      std::array<Place, 5> corner;
+      for (std::size_t k = 0; k < outline.count; ++k) corner[k] = place(outline.corner[k], back);
+      // A line that crosses the cell crosses one of these: from a corner to all others, and between
+      // the two beside it.
+      bool whole = sees(corner[1], corner[outline.count - 1], back);
+      for (std::size_t k = 1; k < outline.count && whole; ++k) {
+        whole = sees(corner[0], corner[k], back);
       }
-      const bool whole = sees(p[0], p[1], back) && sees(p[0], p[2], back) &&
-                         sees(p[1], p[2], back) && sees(p[0], p[3], back);
       split_[i] = whole ? 0 : 1;
-      centre_covered_[i] = place(elements.point(e, 0.5f, 0.5f), back).covered ? 1 : 0;
+      centre_covered_[i] = place(outline.middle, back).covered ? 1 : 0;
     }
   });
   split_count_ = static_cast<std::uint64_t>(std::accumulate(split_.begin(), split_.end(), 0u));
@@ -84,7 +84,7 @@ ElementId ElementLookup::at(const rays::Hit& hit) const {
       }
       visited[count++] = n;
       if (split_[n] != 0) continue;
-      const Place there{elements_->point(n, 0.5f, 0.5f), centre_covered_[n] != 0};
+      const Place there{elements_->outline(n).middle, centre_covered_[n] != 0};
       if (sees(here, there, hit.back)) return n;
     }
   }

@@ -285,13 +285,48 @@ ElementPoint Elements::point(ElementId e, float a, float b) const {
     x *= scale;
     y *= scale;
   }
-  const auto s = static_cast<float>((cell.i + x) / rows);
-  const auto t = static_cast<float>((cell.j + y) / columns);
+  return point_in(cell, x, y);
+}
+
+ElementPoint Elements::point_in(const Cell& cell, double x, double y) const {
+  const Grid& grid = grids_[cell.grid];
+  const auto s = static_cast<float>((cell.i + x) / grid.rows);
+  const auto t = static_cast<float>((cell.j + y) / grid.columns);
   std::array<float, 3> weight{};
   weight[(grid.corner + 1u) % 3] = s;
   weight[(grid.corner + 2u) % 3] = t;
   weight[grid.corner] = std::max(0.0f, 1.0f - s - t);
   return {grid.triangle, weight[1], weight[2]};
+}
+
+Elements::Outline Elements::outline(ElementId e) const {
+  constexpr double kInside = 0.98;
+  const Cell cell = cell_of(e);
+  const Grid& grid = grids_[cell.grid];
+  const double rows = grid.rows, columns = grid.columns;
+  // Of the way to where the third edge cuts the cell's sides, along rows and along columns.
+  const double room = 1.0 - cell.i / rows - cell.j / columns;
+  const double along = room * rows, across = room * columns;
+  std::array<Vec2d, 5> corner{};
+  std::size_t count = 1;
+  corner[count++] = {std::min(1.0, along), 0.0};
+  if (1 / rows + 1 / columns <= room) {
+    corner[count++] = {1.0, 1.0};
+  } else {
+    if (along > 1) corner[count++] = {1.0, across - columns / rows};
+    if (across > 1) corner[count++] = {along - rows / columns, 1.0};
+  }
+  corner[count++] = {0.0, std::min(1.0, across)};
+  Vec2d middle;
+  for (std::size_t k = 0; k < count; ++k) {
+    middle = middle + corner[k] * (1 / static_cast<double>(count));
+  }
+  Outline outline{{}, count, point_in(cell, middle.x, middle.y)};
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec2d p = middle + (corner[k] - middle) * kInside;
+    outline.corner[k] = point_in(cell, p.x, p.y);
+  }
+  return outline;
 }
 
 std::size_t Elements::neighbours(ElementId e, ElementId* result) const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -75,6 +77,13 @@ class Elements {
 
   /// An area-uniform point of the element for random (a, b) in [0, 1)^2.
   ElementPoint point(ElementId e, float a, float b) const;
+  /// Of a cell, which the third edge may cut.
+  struct Outline {
+    std::array<ElementPoint, 5> corner;  // in order, a hundredth of the cell inside
+    std::size_t count = 0;
+    ElementPoint middle;
+  };
+  Outline outline(ElementId cell) const;
 
   /// Cells of the same triangle's side around a cell, at most 8, edge neighbours first.
   std::size_t neighbours(ElementId e, ElementId* result) const;
@@ -105,6 +114,7 @@ class Elements {
   struct Plan;
 
   Cell cell_of(ElementId e) const;
+  ElementPoint point_in(const Cell& cell, double x, double y) const;
   void add_cells(const scene::Scene& scene, const optics::Optics& optics, Plan& plan);
   void add_groups(const scene::Scene& scene, const hierarchy::Hierarchy& tree,
                   const optics::Optics& optics, const rays::Caster* caster, Plan& plan);

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/random.h"
+#include "core/radiosity/element_lookup.h"
 #include "tests/unit/accuracy/scene_kit.h"
 
 namespace lightbatch::radiosity {
@@ -98,6 +100,41 @@ TEST(Elements, PointsBelongToTheirElement) {
   }
   // A point may round into the neighbouring cell at a shared edge.
   EXPECT_LE(elsewhere, all / 500);
+}
+
+// Wherever a wall stands on a floor: cells that the third edge of their triangle cuts, too.
+TEST(Elements, CellsUnderAWallAreSplit) {
+  int split = 0, cut_off = 0;
+  for (const float at : {0.13f, 0.31f, 0.42f, 0.57f, 0.71f, 0.9f}) {
+    accuracy::SceneKit kit;
+    const auto grey = kit.material({0.5f, 0.5f, 0.5f});
+    const auto sheet = kit.material({0.5f, 0.5f, 0.5f}, {}, true);
+    kit.quad({{{0, 0, 0}, {0, 0, 1}, {1, 0, 1}, {1, 0, 0}}}, grey);
+    kit.quad({{{at, 0, -1}, {at, 1, -1}, {at, 1, 2}, {at, 0, 2}}}, sheet);
+    kit.finish();
+    const Cut cut(kit.scene(), 0.25);
+    const ElementLookup lookup(kit.scene(), kit.caster(), *cut.elements, 1e-5f);
+    for (ElementId e = 0; e < cut.elements->count(); ++e) {
+      if (!cut.elements->is_cell(e)) continue;
+      const Elements::Outline outline = cut.elements->outline(e);
+      float least = 1, most = 0;
+      for (std::size_t k = 0; k < outline.count; ++k) {
+        const ElementPoint& p = outline.corner[k];
+        EXPECT_EQ(cut.elements->at(p.triangle, p.u, p.v, cut.elements->is_back(e)), e);
+        if (p.triangle >= 2) continue;
+        const auto c = kit.scene().corners(p.triangle);
+        const float x = c[0].x * (1 - p.u - p.v) + c[1].x * p.u + c[2].x * p.v;
+        least = std::min(least, x);
+        most = std::max(most, x);
+      }
+      if (outline.corner[0].triangle >= 2) continue;
+      EXPECT_EQ(lookup.is_split(e), least < at && at < most) << at << " " << least << " " << most;
+      split += lookup.is_split(e) ? 1 : 0;
+      cut_off += lookup.is_split(e) && outline.count != 4 ? 1 : 0;
+    }
+  }
+  EXPECT_GE(split, 24);
+  EXPECT_GE(cut_off, 6);
 }
 
 TEST(Elements, BacksOfOneSidedFacesAreNoElement) {
