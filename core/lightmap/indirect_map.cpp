@@ -1,8 +1,8 @@
 // Light from the hemisphere, shared between neighbours by a quadtree on each chart: texels are
 // gathered at the corners and the middle of blocks; a block whose middle is well predicted by its
-// corners is filled bilinearly, others are split, down to single texels. Blocks are also split
-// while their edge is long against the harmonic mean distance of what the corners see (Ward et al.
-// 1988), so that contact shadows between the corners are not missed.
+// corners is filled from them and it, others are split, down to single texels. Blocks are also
+// split while their edge is long against the harmonic mean distance of what the corners see (Ward
+// et al. 1988), so that contact shadows between the corners are not missed.
 //
 // Levels are worked one after another, all blocks of a level in parallel: no texel is gathered
 // twice and nothing depends on the number of threads.
@@ -17,6 +17,7 @@
 #include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/lightmap/bake.h"
+#include "core/lightmap/block_curve.h"
 #include "core/lightmap/blocks.h"
 #include "core/lightmap/covered.h"
 #include "core/lightmap/dim.h"
@@ -304,32 +305,19 @@ class IndirectMap {
     }
     const int xm = (b.x0 + b.x1) / 2;
     const int ym = (b.y0 + b.y1) / 2;
-    const std::array<float, 4> share = shares(b, xm, ym);
-    Rgb guess{};
-    for (std::size_t i = 0; i < 4; ++i) guess += texel_[corner[i]].irradiance * share[i];
     const std::uint32_t middle = texel_at(b, xm, ym);
-    const Rgb off = texel_[middle].irradiance - guess;
-    const float worst = std::max({std::fabs(off.r), std::fabs(off.g), std::fabs(off.b)});
+    const MiddleOff off = middle_off(texel_, corner, middle, corner_shares(b, xm, ym));
+    const float worst =
+        std::max({std::fabs(off.lux.r), std::fabs(off.lux.g), std::fabs(off.lux.b)});
     const double tolerance = settings_.tolerance * dim_.at(middle) * input_.mean_irradiance;
     if (static_cast<double>(worst) <= tolerance) return true;
     // Noise alone makes as much: finer texels would be as noisy. But not a step: where few rays
     // find the light, as at the mouth of a crack, variance explains everything.
+    const Rgb guess = texel_[middle].irradiance - off.lux;
     const bool step = static_cast<double>(worst) > kLargeStep * tolerance &&
                       worst > kMostExcused * std::max(guess.max(), texel_[middle].irradiance.max());
     if (step) return false;
-    float variance = texel_[middle].variance;
-    for (const std::uint32_t c : corner) variance += texel_[c].variance;
-    variance *= (1 + 0.25f) / 5;
-    return worst * worst <= kDeviations * kDeviations * variance;
-  }
-
-  /// Of the corners, in a bilinear mean at a texel.
-  static std::array<float, 4> shares(const Block& b, int x, int y) {
-    const float s =
-        b.x1 > b.x0 ? static_cast<float>(x - b.x0) / static_cast<float>(b.x1 - b.x0) : 0;
-    const float t =
-        b.y1 > b.y0 ? static_cast<float>(y - b.y0) / static_cast<float>(b.y1 - b.y0) : 0;
-    return {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+    return worst * worst <= kDeviations * kDeviations * off.variance;
   }
 
   void fill(const Block& b) {
@@ -339,17 +327,31 @@ class IndirectMap {
       corner[i] = texel_at(b, corners(b)[i][0], corners(b)[i][1]);
       nearest = std::min(nearest, texel_[corner[i]].distance);
     }
+    const int xm = (b.x0 + b.x1) / 2, ym = (b.y0 + b.y1) / 2;
+    const std::uint32_t middle = texel_at(b, xm, ym);
+    const std::array<float, 4> at_middle = corner_shares(b, xm, ym);
+    // A middle that is shared itself, in a larger block, tells nothing.
+    const MiddleOff off =
+        state_[middle] == kComputed ? middle_off(texel_, corner, middle, at_middle) : MiddleOff{};
+    BlockCurve curve(off, at_middle);
+    curve.keep_positive(corner, middle, [&](std::uint32_t t) { return texel_[t].irradiance; });
+    for (std::size_t g = 0; g < by_group_.groups(); ++g) {
+      curve.keep_positive(corner, middle, [&](std::uint32_t t) { return by_group_.of(t)[g]; });
+    }
     for (int y = b.y0; y <= b.y1; ++y) {
       for (int x = b.x0; x <= b.x1; ++x) {
         const std::uint32_t t = texel_at(b, x, y);
         if (state_[t] != kUnknown && state_[t] != kShared) continue;
         // A corner may be shared itself, in a larger block.
         if (std::find(corner.begin(), corner.end(), t) != corner.end()) continue;
-        const std::array<float, 4> share = shares(b, x, y);
-        texel_[t].irradiance = {};
+        std::array<float, 4> share = corner_shares(b, x, y);
+        const float of_middle = curve.of_middle(share);
+        texel_[t].irradiance = texel_[middle].irradiance * of_middle;
         texel_[t].normal = texel_[corner[0]].normal;
         texel_[t].distance = nearest;
-        for (Rgb& part : by_group_.of(t)) part = {};
+        for (std::size_t g = 0; g < by_group_.groups(); ++g) {
+          by_group_.of(t)[g] = by_group_.of(middle)[g] * of_middle;
+        }
         for (std::size_t i = 0; i < 4; ++i) {
           texel_[t].irradiance += texel_[corner[i]].irradiance * share[i];
           for (std::size_t g = 0; g < by_group_.groups(); ++g) {
