@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -47,7 +48,8 @@ class BlockCurve {
   BlockCurve(const MiddleOff& off, const std::array<float, 4>& at_middle) : at_middle_(at_middle) {
     const float square = off.lux.sum() * off.lux.sum() / 9;
     const float whole = square + off.variance, top = bump(at_middle);
-    bend_ = whole > 0 && top > 0 ? square / whole / top : 0;
+    // Squares of light beyond 1e19 lux are no floats.
+    bend_ = whole > 0 && std::isfinite(whole) && top > 0 ? square / whole / top : 0;
   }
 
   /// Bends less where light would fall below 0: of the corners and the middle, each kind apart.
@@ -61,7 +63,9 @@ class BlockCurve {
       least = {std::min(least.r, light.r), std::min(least.g, light.g), std::min(least.b, light.b)};
     }
     const auto keep = [&](float low, float by) {
-      if (by * bend_ * kHighest < -low) bend_ = std::max(0.0f, low) / (-by * kHighest);
+      if (by * bend_ * kHighest >= -low) return;
+      // The faintest light has no half.
+      bend_ = low > 0 ? std::min(bend_, low / (-by * kHighest)) : 0;
     };
     keep(least.r, off.r);
     keep(least.g, off.g);

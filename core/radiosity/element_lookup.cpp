@@ -43,7 +43,7 @@ ElementLookup::ElementLookup(const scene::Scene& scene, const rays::Caster& cast
         whole = sees(corner[0], corner[k], back);
       }
       split_[i] = whole ? 0 : 1;
-      centre_covered_[i] = place(outline.middle, back).covered ? 1 : 0;
+      centre_covered_[i] = place(elements.middle(e), back).covered ? 1 : 0;
     }
   });
   split_count_ = static_cast<std::uint64_t>(std::accumulate(split_.begin(), split_.end(), 0u));
@@ -84,7 +84,7 @@ ElementId ElementLookup::at(const rays::Hit& hit) const {
       }
       visited[count++] = n;
       if (split_[n] != 0) continue;
-      const Place there{elements_->outline(n).middle, centre_covered_[n] != 0};
+      const Place there{elements_->middle(n), centre_covered_[n] != 0};
       if (sees(here, there, hit.back)) return n;
     }
   }

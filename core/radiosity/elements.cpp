@@ -299,16 +299,21 @@ ElementPoint Elements::point_in(const Cell& cell, double x, double y) const {
   return {grid.triangle, weight[1], weight[2]};
 }
 
-Elements::Outline Elements::outline(ElementId e) const {
-  constexpr double kInside = 0.98;
-  const Cell cell = cell_of(e);
+/// In shares of a cell's rows and columns.
+struct Elements::Polygon {
+  std::array<Vec2d, 5> corner;
+  std::size_t count = 0;
+  Vec2d middle;
+};
+
+Elements::Polygon Elements::polygon(const Cell& cell) const {
   const Grid& grid = grids_[cell.grid];
   const double rows = grid.rows, columns = grid.columns;
   // Of the way to where the third edge cuts the cell's sides, along rows and along columns.
   const double room = 1.0 - cell.i / rows - cell.j / columns;
   const double along = room * rows, across = room * columns;
-  std::array<Vec2d, 5> corner{};
-  std::size_t count = 1;
+  Polygon polygon{{}, 1, {}};
+  auto& [corner, count, middle] = polygon;
   corner[count++] = {std::min(1.0, along), 0.0};
   if (1 / rows + 1 / columns <= room) {
     corner[count++] = {1.0, 1.0};
@@ -317,16 +322,28 @@ Elements::Outline Elements::outline(ElementId e) const {
     if (across > 1) corner[count++] = {along - rows / columns, 1.0};
   }
   corner[count++] = {0.0, std::min(1.0, across)};
-  Vec2d middle;
   for (std::size_t k = 0; k < count; ++k) {
     middle = middle + corner[k] * (1 / static_cast<double>(count));
   }
-  Outline outline{{}, count, point_in(cell, middle.x, middle.y)};
-  for (std::size_t k = 0; k < count; ++k) {
-    const Vec2d p = middle + (corner[k] - middle) * kInside;
+  return polygon;
+}
+
+Elements::Outline Elements::outline(ElementId e) const {
+  constexpr double kInside = 0.98;
+  const Cell cell = cell_of(e);
+  const Polygon whole = polygon(cell);
+  Outline outline{{}, whole.count};
+  for (std::size_t k = 0; k < whole.count; ++k) {
+    const Vec2d p = whole.middle + (whole.corner[k] - whole.middle) * kInside;
     outline.corner[k] = point_in(cell, p.x, p.y);
   }
   return outline;
+}
+
+ElementPoint Elements::middle(ElementId e) const {
+  const Cell cell = cell_of(e);
+  const Vec2d at = polygon(cell).middle;
+  return point_in(cell, at.x, at.y);
 }
 
 std::size_t Elements::neighbours(ElementId e, ElementId* result) const {

@@ -81,9 +81,10 @@ class Elements {
   struct Outline {
     std::array<ElementPoint, 5> corner;  // in order, a hundredth of the cell inside
     std::size_t count = 0;
-    ElementPoint middle;
   };
   Outline outline(ElementId cell) const;
+  /// Of its corners.
+  ElementPoint middle(ElementId cell) const;
 
   /// Cells of the same triangle's side around a cell, at most 8, edge neighbours first.
   std::size_t neighbours(ElementId e, ElementId* result) const;
@@ -114,6 +115,8 @@ class Elements {
   struct Plan;
 
   Cell cell_of(ElementId e) const;
+  struct Polygon;
+  Polygon polygon(const Cell& cell) const;
   ElementPoint point_in(const Cell& cell, double x, double y) const;
   void add_cells(const scene::Scene& scene, const optics::Optics& optics, Plan& plan);
   void add_groups(const scene::Scene& scene, const hierarchy::Hierarchy& tree,

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -91,6 +92,25 @@ TEST(BlockCurve, LightStaysPositive) {
   const auto corner = [](float s, float t) { return s * t == 1 ? 1.0f : 0.0f; };
   const Filled block(corner, 0);
   for_each_texel([&](int x, int y, float, float) { EXPECT_GE(block.at(x, y), 0.0f); });
+}
+
+TEST(BlockCurve, TheFaintestLightStaysFinite) {
+  GatheredTexel dark, faint;
+  faint.irradiance = Rgb::grey(1e-45f);
+  const std::array<float, 4> at_middle = corner_shares(kBlock, 7, 7);
+  BlockCurve curve({Rgb::grey(1), 0}, at_middle);
+  curve.keep_positive(kCorner, kMiddle, [&](std::uint32_t t) {
+    return (t == 3 || t == kMiddle ? dark : faint).irradiance * (t == kMiddle ? 1.0f : 4.0f);
+  });
+  std::array<float, 4> share = corner_shares(kBlock, 6, 6);
+  EXPECT_TRUE(std::isfinite(curve.of_middle(share)));
+}
+
+// Beyond what a float can square nothing is known of noise, and nothing is bent.
+TEST(BlockCurve, StrongLightStaysFinite) {
+  const auto strong = [](float s, float t) { return s == 0.5f && t == 0.5f ? 2e22f : 1e22f; };
+  const Filled block(strong, 0);
+  for_each_texel([&](int x, int y, float, float) { EXPECT_EQ(block.at(x, y), 1e22f); });
 }
 
 TEST(BlockCurve, ARowOfTexelsBendsToo) {

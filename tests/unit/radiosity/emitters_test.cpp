@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -196,41 +197,37 @@ TEST(Emitters, ASignRightInFrontIsNotLostInItsNode) {
   }
 }
 
-// A lamp that stands on a surface does not light it from below: rays start above it.
-TEST(Emitters, WhatTouchesASurfaceIsBehindIt) {
+/// What a lamp brings to a surface that it touches at a point, whose rays start above it.
+float light_of_touching(const std::array<Vec3f, 4>& lamp, const optics::SurfaceFrame& frame) {
   SceneKit kit;
-  const std::uint32_t lamp = kit.material(Rgb{}, {10, 10, 10});
-  kit.quad({Vec3f{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}}, lamp);
+  kit.quad(lamp, kit.material(Rgb{}, {10, 10, 10}));
   kit.finish();
   const LightSources sources(kit.scene(), kit.optics(), {});
   const DirectLight direct(kit.optics(), kit.caster(), sources, false);
   Receiver at;
-  at.frame.position = {0.5f, -1e-7f, 0.5f};
-  at.frame.origin = {0.5f, 1e-5f, 0.5f};
-  at.frame.normal = {0, 1, 0};
+  at.frame = frame;
   EmitterTerms terms;
   RayCounts counts;
   direct.emitter_terms(at, {1, 0}, terms, counts);
-  EXPECT_EQ(terms.total.g, 0);
+  return terms.total.g;
+}
+
+// A lamp that stands on a surface does not light it from below: rays start above it.
+TEST(Emitters, WhatTouchesASurfaceIsBehindIt) {
+  optics::SurfaceFrame frame;
+  frame.position = {0.5f, -1e-7f, 0.5f};
+  frame.origin = {0.5f, 1e-5f, 0.5f};
+  frame.normal = {0, 1, 0};
+  EXPECT_EQ(light_of_touching({Vec3f{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}}, frame), 0);
 }
 
 // The same on a slope, where the corners of the lamp's box stand high above the surface.
 TEST(Emitters, WhatTouchesASlopeIsBehindIt) {
-  SceneKit kit;
-  const std::uint32_t lamp = kit.material(Rgb{}, {10, 10, 10});
-  kit.quad({Vec3f{0, 0, 0}, {1, 1, 0}, {1, 1, 1}, {0, 0, 1}}, lamp);
-  kit.finish();
-  const LightSources sources(kit.scene(), kit.optics(), {});
-  const DirectLight direct(kit.optics(), kit.caster(), sources, false);
-  Receiver at;
-  const Vec3f up = normalized(Vec3f{-1, 1, 0});
-  at.frame.position = Vec3f{0.5f, 0.5f, 0.5f} - up * 1e-6f;
-  at.frame.origin = Vec3f{0.5f, 0.5f, 0.5f} + up * 1e-5f;
-  at.frame.normal = up;
-  EmitterTerms terms;
-  RayCounts counts;
-  direct.emitter_terms(at, {1, 0}, terms, counts);
-  EXPECT_EQ(terms.total.g, 0);
+  optics::SurfaceFrame frame;
+  frame.normal = normalized(Vec3f{-1, 1, 0});
+  frame.position = Vec3f{0.5f, 0.5f, 0.5f} - frame.normal * 1e-6f;
+  frame.origin = Vec3f{0.5f, 0.5f, 0.5f} + frame.normal * 1e-5f;
+  EXPECT_EQ(light_of_touching({Vec3f{0, 0, 0}, {1, 1, 0}, {1, 1, 1}, {0, 0, 1}}, frame), 0);
 }
 
 TEST(Emitters, ALampAtTheSamePlaceTwiceShinesOnce) {
