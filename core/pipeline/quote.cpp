@@ -15,6 +15,8 @@ constexpr double kPiloted[] = {0.10, 0.03};
 /// shared scenes, a small part of a bake.
 constexpr double kWritePerTriangle = 2.5e-6;
 constexpr double kWritePerTexel = 6e-7;
+/// The report's pictures, as large for every scene (seconds).
+constexpr double kPictures = 0.25;
 /// A certificate stops between half of its budget and the whole.
 constexpr double kSpentPaths = 0.7;
 
@@ -29,7 +31,8 @@ Result<Quote> quote(const JobOptions& options, const Prepared& p, const Lightmap
                     StageClock& clock, const Progress& progress, double patience) {
   Quote quote;
   const double before = clock.seconds();
-  const double after = kWritePerTriangle * static_cast<double>(p.scene->triangles.size()) +
+  const double after = kPictures +
+                       kWritePerTriangle * static_cast<double>(p.scene->triangles.size()) +
                        kWritePerTexel * static_cast<double>(places.texels.texels.size());
   bool reuses = true;  // bakes take the first stage of their pilot
   clock.start("pilot");
