@@ -7,7 +7,7 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/base/random.h"
-#include "core/optics/surface_frame.h"
+#include "core/radiosity/cover.h"
 
 namespace lightbatch::radiosity {
 namespace {
@@ -24,22 +24,6 @@ int direction_of(const Scene& scene, std::uint32_t triangle) {
   if (std::fabs(n.y) > std::fabs(n.x)) axis = 1;
   if (std::fabs(n.z) > std::fabs(n[static_cast<std::size_t>(axis)])) axis = 2;
   return 2 * axis + (n[static_cast<std::size_t>(axis)] < 0 ? 1 : 0);
-}
-
-/// In edges: how near a triangle's side is covered, along its normal.
-constexpr std::array<double, 2> kCovers{0.3, 1.5};
-
-/// How closely the side of a triangle is covered: 0 (open), 1 or 2 (closest).
-int cover_of(const Scene& scene, const rays::Caster* caster, std::uint32_t triangle, bool back,
-             double edge) {
-  if (caster == nullptr) return 0;
-  constexpr float kMiddle = 1.0f / 3;
-  const auto frame =
-      optics::surface_frame(scene, triangle, kMiddle, kMiddle, back, optics::lift_of(scene));
-  const rays::Hit hit = caster->closest(
-      {frame.origin, frame.normal, 0.0f, static_cast<float>(kCovers[1] * edge)}, triangle);
-  if (!hit.found()) return 0;
-  return static_cast<double>(hit.t) < kCovers[0] * edge ? 2 : 1;
 }
 
 /// Area of the part of the cell [0, 1]^2 below the line x / a + y / b = 1 with a, b > 0.
@@ -138,9 +122,9 @@ void Elements::add_groups(const Scene& scene, const Hierarchy& tree, const optic
     int bucket;  // cover, direction, side
     float area;
   };
+  const Covers covers(scene, optics, caster, edge_, plan.is_large);
   const auto bucket_of = [&](std::uint32_t triangle, int direction, bool back) {
-    const int cover = cover_of(scene, caster, triangle, back, edge_);
-    return 12 * cover + 2 * direction + (back ? 1 : 0);
+    return 12 * covers.of(triangle, back) + 2 * direction + (back ? 1 : 0);
   };
   std::vector<Entry> entries;
   std::vector<Hierarchy::NodeId> stack{0};

@@ -83,6 +83,31 @@ TEST(Elements, ShellsOfASolidAreApart) {
   EXPECT_EQ(shares(cut(&kit.caster())), 0);
 }
 
+// The end of a slot of 2 cm by 1 m, closed all around, faces the same way as a tag outside: along
+// its normal nothing is near either.
+TEST(Elements, TheEndOfASlotIsApartFromWhatLiesOpen) {
+  accuracy::SceneKit kit;
+  const auto grey = kit.material({0.5f, 0.5f, 0.5f});
+  const std::uint32_t slot = kit.box({0, 0, 0}, {1, 0.02f, 0.2f}, grey);
+  const std::uint32_t tag =
+      kit.quad({{{0, 0.03f, 0}, {0, 0.05f, 0}, {0, 0.05f, 0.1f}, {0, 0.03f, 0.1f}}}, grey);
+  kit.finish();
+  const auto cut = [&](const rays::Caster* caster) {
+    return Elements(kit.scene(), kit.tree(), kit.optics(), ElementOptions{0.3, 1000}, caster);
+  };
+  const auto shares = [&](const Elements& elements) {
+    int shared = 0;
+    for (std::uint32_t inside = slot; inside < tag; ++inside) {
+      for (const std::uint32_t outside : {tag, tag + 1}) {
+        shared += elements.at(inside, 0.3f, 0.3f, false) == elements.at(outside, 0.3f, 0.3f, false);
+      }
+    }
+    return shared;
+  };
+  EXPECT_GT(shares(cut(nullptr)), 0);
+  EXPECT_EQ(shares(cut(&kit.caster())), 0);
+}
+
 TEST(Elements, PointsBelongToTheirElement) {
   const scene::Scene scene = room();
   const Cut cut(scene, 0.17);
