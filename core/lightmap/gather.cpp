@@ -22,7 +22,7 @@ using radiosity::Receiver;
 /// hit is near: cut short, the walk would end on an element that lies mostly outside.
 constexpr int kSureDepth = 2;
 constexpr int kMaxDepth = 256;
-/// Width of an element over the root of its area.
+/// Extent of a full element over the root of its area: a square's diagonal, and a bit.
 constexpr float kElementSize = 1.5f;
 /// Differences between neighbours that noise and plain gradients explain.
 constexpr float kPlainVariation = 0.3f;
@@ -51,6 +51,23 @@ std::uint32_t worth_casting(int rays, double casts) {
                   std::max(2 * kFirstRays, static_cast<std::uint32_t>(share * rays)));
 }
 
+/// How far an element extends, metres. A cell of a sliver is far longer than the root of its area.
+float extent_of(const BakeInput& input, ElementId e) {
+  const float full = kElementSize * std::sqrt(input.elements.area(e));
+  if (!input.elements.is_cell(e)) return full;
+  const radiosity::Elements::Outline outline = input.elements.outline(e);
+  const auto at = [&](std::size_t k) {
+    const radiosity::ElementPoint& p = outline.corner[k];
+    const auto c = input.scene.corners(p.triangle);
+    return c[0] * (1 - p.u - p.v) + c[1] * p.u + c[2] * p.v;
+  };
+  float longest = 0;
+  for (std::size_t k = 0; k < outline.count; ++k) {
+    for (std::size_t j = 0; j < k; ++j) longest = std::max(longest, length(at(k) - at(j)));
+  }
+  return std::max(full, longest);
+}
+
 /// The first point stands for all.
 radiosity::VirtualLights::ReceiverPatch receiver_patch(const TexelPoints& points,
                                                        Receivers& receivers) {
@@ -72,6 +89,7 @@ Gather::Gather(const BakeInput& input, const GatherSettings& settings, const Aid
       settings_(settings),
       aids_(aids),
       resolved_(input.direct.sources().punctual().size(), radiosity::kResolvedLights),
+      extent_(input.elements.count()),
       near_(input.elements.count()) {
   for (std::size_t k = 0; k < input.solution.resolved.size(); ++k) {
     resolved_[input.solution.resolved[k]] = static_cast<std::uint8_t>(k);
@@ -81,9 +99,9 @@ Gather::Gather(const BakeInput& input, const GatherSettings& settings, const Aid
   parallel_for(near_.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto e = static_cast<ElementId>(i);
+      extent_[i] = extent_of(input, e);
       // Against the element's own size: most elements of furniture are far smaller than the edge.
-      const double size = std::min(elements.edge(),
-                                   static_cast<double>(kElementSize * std::sqrt(elements.area(e))));
+      const double size = std::min(elements.edge(), static_cast<double>(extent_[i]));
       // An element that differs much from its neighbours, or has much close above it, varies much
       // inside (it lies partly in a crack or under something): what it holds is right only from
       // afar.
@@ -200,7 +218,7 @@ Rgb Gather::gather_deeper(ElementId e, const rays::Hit& hit, ElementId served,
                                           hit.back != through, input_.direct.lift()),
                     hit.triangle};
   if (path.links != nullptr && !through && !input_.lookup.is_split(e)) {
-    const std::uint32_t texel = aids_->near.at(hit, hit.t, std::sqrt(input_.elements.area(e)));
+    const std::uint32_t texel = aids_->near.at(hit, hit.t, extent_[e] / kElementSize);
     if (texel != scene::kNone) {
       ++counts.near_links;
       const Path own = path.further(reflectance);

@@ -102,6 +102,7 @@ class Gather {
   const GatherSettings& settings_;
   const Aids* aids_;
   std::vector<std::uint8_t> resolved_;  // per punctual light: its place among the resolved ones
+  std::vector<float> extent_;           // per element, metres
   std::vector<float> near_;  // per element, metres: nearer hits are gathered one level deeper
 };
 

@@ -17,7 +17,6 @@
 #include "core/base/parallel.h"
 #include "core/base/random.h"
 #include "core/lightmap/bake.h"
-#include "core/lightmap/block_curve.h"
 #include "core/lightmap/blocks.h"
 #include "core/lightmap/covered.h"
 #include "core/lightmap/dim.h"
@@ -26,6 +25,7 @@
 #include "core/lightmap/near_links.h"
 #include "core/lightmap/neighbours.h"
 #include "core/lightmap/ray_shares.h"
+#include "core/lightmap/shared_blocks.h"
 #include "core/lightmap/smooth.h"
 #include "core/scene/scene.h"
 
@@ -38,16 +38,10 @@ constexpr int kFewestGuided = 32;
 constexpr double kShareOfLearning = 0.25;
 /// Of the rays, for texels that a pilot's are linked to.
 constexpr double kShareOfLinked = 0.25;
+/// Of blocks that the light of linked texels tells to cut, at most: each is half as wide as before.
+constexpr int kMostRounds = 4;
 /// Texel edges from which on virtual lights serve: light varies little over the texel.
 constexpr double kNearestVirtual = 2;
-/// Standard errors that a block's middle may be off by for noise.
-constexpr float kDeviations = 1.5f;
-/// What noise does not excuse: more than so many tolerances and this share of a block's light.
-constexpr double kLargeStep = 8;
-constexpr float kMostExcused = 0.5f;
-/// Corners whose normals differ more than this (cosine) do not share.
-constexpr float kSameSurface = 0.97f;
-
 class IndirectMap {
  public:
   IndirectMap(const BakeInput& input, const GatherSettings& settings, const DimShares& dim,
@@ -55,7 +49,6 @@ class IndirectMap {
       : input_(input),
         settings_(settings),
         total_by_group_(by_group),
-        by_group_(by_group.is_empty() ? 0 : input.texels.texels.size(), by_group.groups()),
         counts_(counts),
         progress_(progress),
         dim_(dim),
@@ -67,8 +60,9 @@ class IndirectMap {
         gather_(input, settings, &aids_),
         guides_(input.layout),
         links_(input.texels.texels.size()),
-        texel_(input.texels.texels.size()),
-        state_(input.texels.texels.size(), kUnknown) {}
+        map_(input.texels.texels.size(), by_group.groups()),
+        blocks_(input, settings, dim, map_),
+        start_{std::vector<Rgb>(input.texels.texels.size()), map_.by_group} {}
 
   std::vector<Rgb> run() {
     share_ = ray_shares(input_, dim_, near_.first());
@@ -76,20 +70,12 @@ class IndirectMap {
     if (!blocks.empty()) {
       // They do not share with open ones, whatever the corners of a block say.
       const std::vector<std::uint8_t> covered = find_covered(input_);
-      for (std::size_t t = 0; t < covered.size(); ++t) texel_[t].covered = covered[t] != 0;
+      for (std::size_t t = 0; t < covered.size(); ++t) map_.texel[t].covered = covered[t] != 0;
     }
+    settle_all(std::move(blocks));
     // Tiny charts and single texels have no corners to share with.
-    while (!blocks.empty() && !progress_.cancelled()) {
-      std::vector<std::uint32_t> wanted;
-      for (const Block& b : blocks) request(b, wanted);
-      if (computed_so_far_ == 0) learn(wanted);
-      compute(wanted);
-      std::vector<Block> next;
-      for (const Block& b : blocks) settle(b, next);
-      blocks.swap(next);
-    }
     std::vector<std::uint32_t> rest;
-    for (std::uint32_t t = 0; t < state_.size(); ++t) {
+    for (std::uint32_t t = 0; t < map_.state.size(); ++t) {
       if (input_.selected != nullptr && (*input_.selected)[t] == 0) continue;
       want(t, rest);
     }
@@ -97,11 +83,16 @@ class IndirectMap {
     if (input_.selected != nullptr && !progress_.cancelled()) compute_linked();
     if (progress_.cancelled()) return {};
     solve_links();
-    smooth_gathered(input_.layout, input_.texels, settings_.reach, texel_, by_group_);
+    for (int round = 0; round < kMostRounds; ++round) {
+      if (!settle_again()) break;
+      if (progress_.cancelled()) return {};
+      solve_links();
+    }
+    smooth_gathered(input_.layout, input_.texels, settings_.reach, map_.texel, map_.by_group);
     fill_all();
-    std::vector<Rgb> irradiance(texel_.size());
-    for (std::size_t t = 0; t < texel_.size(); ++t) irradiance[t] = texel_[t].irradiance;
-    total_by_group_ += by_group_;
+    std::vector<Rgb> irradiance(map_.texel.size());
+    for (std::size_t t = 0; t < map_.texel.size(); ++t) irradiance[t] = map_.texel[t].irradiance;
+    total_by_group_ += map_.by_group;
     return irradiance;
   }
 
@@ -109,15 +100,40 @@ class IndirectMap {
   double seconds() const { return seconds_; }
 
  private:
-  enum State : std::uint8_t { kUnknown, kRequested, kComputed, kShared };
+  void settle_all(std::vector<Block> blocks) {
+    while (!blocks.empty() && !progress_.cancelled()) {
+      std::vector<std::uint32_t> wanted;
+      for (const Block& b : blocks) {
+        blocks_.for_each_asked(b, [&](std::uint32_t t) { want(t, wanted); });
+      }
+      if (computed_so_far_ == 0) learn(wanted);
+      compute(wanted);
+      std::vector<Block> next;
+      for (const Block& b : blocks) settle(b, next);
+      blocks.swap(next);
+    }
+  }
+
+  /// Once the light of linked texels is known: cuts blocks that are not predicted any more. Whether
+  /// there were any.
+  bool settle_again() {
+    std::vector<Block> kept, cleared, again;
+    for (const Block& b : filled_) (blocks_.is_predicted(b) ? kept : cleared).push_back(b);
+    if (cleared.empty()) return false;
+    for (const Block& b : cleared) {
+      blocks_.clear(b);
+      SharedBlocks::cut(b, again);
+    }
+    filled_.swap(kept);
+    fill_all();
+    settle_all(std::move(again));
+    if (input_.selected != nullptr && !progress_.cancelled()) compute_linked();
+    return true;
+  }
 
   int rays_of(std::uint32_t t, double share) const {
     const double wanted = share * static_cast<double>(share_[t]) * settings_.rays;
     return std::max(kFewestRays, static_cast<int>(wanted));
-  }
-
-  std::uint32_t texel_at(const Block& b, int x, int y) const {
-    return lightmap::texel_at(input_.texels, input_.layout, b.chart, x, y);
   }
 
   std::vector<Block> first_blocks() const {
@@ -133,7 +149,7 @@ class IndirectMap {
     if (input_.selected == nullptr) return true;
     for (int y = b.y0 + 1; y <= b.y1; ++y) {
       for (int x = b.x0 + 1; x <= b.x1; ++x) {
-        const std::uint32_t t = texel_at(b, x, y);
+        const std::uint32_t t = texel_at(input_.texels, input_.layout, b.chart, x, y);
         if (t != scene::kNone) return (*input_.selected)[t] != 0;
       }
     }
@@ -141,18 +157,9 @@ class IndirectMap {
   }
 
   void want(std::uint32_t t, std::vector<std::uint32_t>& wanted) {
-    if (t == scene::kNone || state_[t] != kUnknown) return;
-    state_[t] = kRequested;
+    if (t == scene::kNone || map_.state[t] != TexelState::kUnknown) return;
+    map_.state[t] = TexelState::kRequested;
     wanted.push_back(t);
-  }
-
-  static std::array<std::array<int, 2>, 4> corners(const Block& b) {
-    return {{{b.x0, b.y0}, {b.x1, b.y0}, {b.x0, b.y1}, {b.x1, b.y1}}};
-  }
-
-  void request(const Block& b, std::vector<std::uint32_t>& wanted) {
-    for (const auto& c : corners(b)) want(texel_at(b, c[0], c[1]), wanted);
-    want(texel_at(b, (b.x0 + b.x1) / 2, (b.y0 + b.y1) / 2), wanted);
   }
 
   /// What one tile's texels brought.
@@ -208,10 +215,35 @@ class IndirectMap {
       links_.add(std::span(wanted).subspan(begin, count), std::span(links).subspan(begin, count),
                  std::move(gathered[g].links));
     }
+    start(wanted);
     counts_.computed_texels += wanted.size();
     computed_so_far_ += wanted.size();
-    progress_.report("gather", static_cast<double>(computed_so_far_) /
-                                   static_cast<double>(std::max<std::size_t>(1, state_.size())));
+    progress_.report("gather",
+                     static_cast<double>(computed_so_far_) /
+                         static_cast<double>(std::max<std::size_t>(1, map_.state.size())));
+  }
+
+  /// Keeps what the rays brought, and gives texels of later rounds the light of those they are
+  /// linked to, as their neighbours have it.
+  void start(const std::vector<std::uint32_t>& computed) {
+    parallel_for(computed.size(), 1024, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t t = computed[i];
+        const std::span<const Rgb> groups = map_.by_group.of(t);
+        std::copy(groups.begin(), groups.end(), start_.by_group.of(t).begin());
+        start_.irradiance[t] = map_.texel[t].irradiance;
+      }
+    });
+    if (known_.empty()) return;
+    std::vector<Rgb> linked(computed.size());
+    parallel_for(computed.size(), 1024, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        linked[i] = links_.linked(computed[i], near_.first(), known_, start_, map_.texel);
+      }
+    });
+    for (std::size_t i = 0; i < computed.size(); ++i) {
+      map_.texel[computed[i]].irradiance = linked[i];
+    }
   }
 
   /// A few rays of the first texels that tell their guides and nothing else: the corners of blocks
@@ -232,13 +264,14 @@ class IndirectMap {
     const TexelPoints points = texel_points(input_.texels, input_.texels.texels[t]);
     const Gather::Value v = gather_(points, rays_of(t, share),
                                     static_cast<std::uint32_t>(item_seed(input_.seed, t, 21)),
-                                    by_group_.of(t), scratch, counts);
-    texel_[t].irradiance = v.irradiance;
-    texel_[t].variance = v.variance;
-    texel_[t].normal = receiver_at(input_.scene, input_.layout, points.point[0], 0.0f).frame.normal;
-    texel_[t].gathered = true;
-    texel_[t].distance = v.distance;
-    state_[t] = kComputed;
+                                    map_.by_group.of(t), scratch, counts);
+    map_.texel[t].irradiance = v.irradiance;
+    map_.texel[t].variance = v.variance;
+    map_.texel[t].normal =
+        receiver_at(input_.scene, input_.layout, points.point[0], 0.0f).frame.normal;
+    map_.texel[t].gathered = true;
+    map_.texel[t].distance = v.distance;
+    map_.state[t] = TexelState::kComputed;
   }
 
   /// Texels that selected ones are linked to, by fewer rays: many share in a link's light.
@@ -250,123 +283,29 @@ class IndirectMap {
   }
 
   void solve_links() {
-    std::vector<std::uint8_t> known(state_.size());
-    for (std::size_t t = 0; t < known.size(); ++t) {
-      known[t] = state_[t] == kComputed || state_[t] == kShared ? 1 : 0;
-    }
-    links_.solve(near_.first(), known, texel_, by_group_, [&] { fill_all(); });
+    known_.resize(map_.state.size());
+    for (std::size_t t = 0; t < known_.size(); ++t) known_[t] = map_.is_known(t) ? 1 : 0;
+    links_.solve(near_.first(), known_, start_, map_.texel, map_.by_group, [&] { fill_all(); });
   }
 
   void fill_all() {
-    for (const Block& b : filled_) fill(b);
+    for (const Block& b : filled_) blocks_.fill(b);
   }
 
   /// Fills the block from its corners, or cuts it in (up to) four.
   void settle(const Block& b, std::vector<Block>& next) {
     if (b.x1 - b.x0 <= 1 && b.y1 - b.y0 <= 1) return;
-    if (predicted(b)) {
+    if (blocks_.is_predicted(b)) {
       filled_.push_back(b);
-      fill(b);
+      blocks_.fill(b);
       return;
     }
-    const int xm = (b.x0 + b.x1) / 2;
-    const int ym = (b.y0 + b.y1) / 2;
-    const std::array<std::array<int, 2>, 2> xs{{{b.x0, xm}, {xm, b.x1}}};
-    const std::array<std::array<int, 2>, 2> ys{{{b.y0, ym}, {ym, b.y1}}};
-    for (const auto& y : ys) {
-      if (y[0] == y[1] && b.y0 != b.y1) continue;
-      for (const auto& x : xs) {
-        if (x[0] == x[1] && b.x0 != b.x1) continue;
-        next.push_back({b.chart, x[0], y[0], x[1], y[1]});
-      }
-    }
-  }
-
-  bool predicted(const Block& b) const {
-    std::array<std::uint32_t, 4> corner{};
-    float nearest = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < 4; ++i) {
-      const auto c = corners(b)[i];
-      corner[i] = texel_at(b, c[0], c[1]);
-      if (corner[i] == scene::kNone) return false;
-      nearest = std::min(nearest, texel_[corner[i]].distance);
-      if (dot(texel_[corner[i]].normal, texel_[corner[0]].normal) < kSameSurface) return false;
-    }
-    for (int y = b.y0; y <= b.y1; ++y) {
-      for (int x = b.x0; x <= b.x1; ++x) {
-        const std::uint32_t t = texel_at(b, x, y);
-        if (t == scene::kNone || texel_[t].covered != texel_[corner[0]].covered) return false;
-      }
-    }
-    const double edge = std::max(b.x1 - b.x0, b.y1 - b.y0) / input_.layout.texels_per_metre;
-    // Under what is nearer than a texel nothing finer is to be seen.
-    if (!texel_[corner[0]].covered && edge > settings_.reach * static_cast<double>(nearest)) {
-      return false;
-    }
-    const int xm = (b.x0 + b.x1) / 2;
-    const int ym = (b.y0 + b.y1) / 2;
-    const std::uint32_t middle = texel_at(b, xm, ym);
-    const MiddleOff off = middle_off(texel_, corner, middle, corner_shares(b, xm, ym));
-    const float worst =
-        std::max({std::fabs(off.lux.r), std::fabs(off.lux.g), std::fabs(off.lux.b)});
-    const double tolerance = settings_.tolerance * dim_.at(middle) * input_.mean_irradiance;
-    if (static_cast<double>(worst) <= tolerance) return true;
-    // Noise alone makes as much: finer texels would be as noisy. But not a step: where few rays
-    // find the light, as at the mouth of a crack, variance explains everything.
-    const Rgb guess = texel_[middle].irradiance - off.lux;
-    const bool step = static_cast<double>(worst) > kLargeStep * tolerance &&
-                      worst > kMostExcused * std::max(guess.max(), texel_[middle].irradiance.max());
-    if (step) return false;
-    return worst * worst <= kDeviations * kDeviations * off.variance;
-  }
-
-  void fill(const Block& b) {
-    std::array<std::uint32_t, 4> corner{};
-    float nearest = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < 4; ++i) {
-      corner[i] = texel_at(b, corners(b)[i][0], corners(b)[i][1]);
-      nearest = std::min(nearest, texel_[corner[i]].distance);
-    }
-    const int xm = (b.x0 + b.x1) / 2, ym = (b.y0 + b.y1) / 2;
-    const std::uint32_t middle = texel_at(b, xm, ym);
-    const std::array<float, 4> at_middle = corner_shares(b, xm, ym);
-    // A middle that is shared itself, in a larger block, tells nothing.
-    const MiddleOff off =
-        state_[middle] == kComputed ? middle_off(texel_, corner, middle, at_middle) : MiddleOff{};
-    BlockCurve curve(off, at_middle);
-    curve.keep_positive(corner, middle, [&](std::uint32_t t) { return texel_[t].irradiance; });
-    for (std::size_t g = 0; g < by_group_.groups(); ++g) {
-      curve.keep_positive(corner, middle, [&](std::uint32_t t) { return by_group_.of(t)[g]; });
-    }
-    for (int y = b.y0; y <= b.y1; ++y) {
-      for (int x = b.x0; x <= b.x1; ++x) {
-        const std::uint32_t t = texel_at(b, x, y);
-        if (state_[t] != kUnknown && state_[t] != kShared) continue;
-        // A corner may be shared itself, in a larger block.
-        if (std::find(corner.begin(), corner.end(), t) != corner.end()) continue;
-        std::array<float, 4> share = corner_shares(b, x, y);
-        const float of_middle = curve.of_middle(share);
-        texel_[t].irradiance = texel_[middle].irradiance * of_middle;
-        texel_[t].normal = texel_[corner[0]].normal;
-        texel_[t].distance = nearest;
-        for (std::size_t g = 0; g < by_group_.groups(); ++g) {
-          by_group_.of(t)[g] = by_group_.of(middle)[g] * of_middle;
-        }
-        for (std::size_t i = 0; i < 4; ++i) {
-          texel_[t].irradiance += texel_[corner[i]].irradiance * share[i];
-          for (std::size_t g = 0; g < by_group_.groups(); ++g) {
-            by_group_.of(t)[g] += by_group_.of(corner[i])[g] * share[i];
-          }
-        }
-        state_[t] = kShared;
-      }
-    }
+    SharedBlocks::cut(b, next);
   }
 
   const BakeInput& input_;
   const GatherSettings& settings_;
   radiosity::GroupedLight& total_by_group_;
-  radiosity::GroupedLight by_group_;  // the hemisphere's
   BakeCounts& counts_;
   const Progress& progress_;
   const DimShares& dim_;
@@ -376,10 +315,12 @@ class IndirectMap {
   Gather gather_;
   Guides guides_;
   NearLinks links_;
-  std::vector<GatheredTexel> texel_;
-  std::vector<Block> filled_;  // shared, coarse ones first
-  std::vector<std::uint8_t> state_;
-  std::vector<float> share_;  // of each texel in the rays, mean 1
+  GatheredMap map_;
+  SharedBlocks blocks_;
+  NearLinks::Start start_;
+  std::vector<std::uint8_t> known_;  // texels whose light is there; empty: links not solved yet
+  std::vector<Block> filled_;        // shared, coarse ones first
+  std::vector<float> share_;         // of each texel in the rays, mean 1
   std::size_t computed_so_far_ = 0;
   double seconds_ = 0;
 };

@@ -19,6 +19,8 @@ namespace {
 
 /// Cosine between the normals of points on one plane.
 constexpr float kOnePlane = 0.999f;
+/// Of a curved surface, between two points of it.
+constexpr int kMostMet = 8;
 
 }  // namespace
 
@@ -68,15 +70,30 @@ bool NearTexels::is_whole(std::uint32_t texel) const {
     const atlas::SurfacePoint at = surface_point(input_.layout, p);
     return input_.lookup.place({at.triangle, at.u, at.v}, back);
   };
-  const auto normal = [&](std::uint32_t i) {
-    return receiver_at(input_.scene, input_.layout, points.point[i], 0).frame.normal;
-  };
+  Receivers receivers(input_.scene, input_.layout, input_.direct.lift());
+  const auto receiver = [&](std::uint32_t i) { return receivers(points.point[i], {0.5f, 0.5f}); };
   const radiosity::ElementLookup::Place from = place(0);
-  const Vec3f up = normal(0);
+  const radiosity::Receiver first = receiver(0);
   for (std::uint32_t i = 1; i < points.count; ++i) {
-    // On a curved surface, what lies between is the surface itself.
-    if (dot(up, normal(i)) < kOnePlane) continue;
-    if (!input_.lookup.sees(from, place(i), back)) return false;
+    const radiosity::Receiver other = receiver(i);
+    const bool one_plane = dot(first.frame.normal, other.frame.normal) >= kOnePlane;
+    const bool sees = one_plane ? input_.lookup.sees(from, place(i), back)
+                                : is_connected(first, other, input_.texels.texels[texel].chart);
+    if (!sees) return false;
+  }
+  return true;
+}
+
+bool NearTexels::is_connected(const radiosity::Receiver& a, const radiosity::Receiver& b,
+                              std::uint32_t chart) const {
+  rays::Ray ray{a.frame.origin, b.frame.origin - a.frame.origin, 0.0f, 1.0f};
+  std::uint32_t exclude = a.triangle;
+  for (int met = 0; met < kMostMet; ++met) {
+    const rays::Hit hit = input_.caster.closest(ray, exclude);
+    if (!hit.found()) return true;
+    if (input_.layout.chart_of[hit.triangle] != chart) return false;
+    exclude = hit.triangle;
+    ray.t_min = hit.t;
   }
   return true;
 }
@@ -106,13 +123,24 @@ void NearLinks::add(std::span<const std::uint32_t> texels, std::span<const std::
   }
 }
 
+Rgb NearLinks::linked(std::size_t t, const std::vector<Rgb>& first,
+                      const std::vector<std::uint8_t>& known, const Start& start,
+                      const std::vector<GatheredTexel>& texels) const {
+  Rgbd light = to_double(start.irradiance[t]);
+  for (const NearLink& link : row_[t]) {
+    if (known[link.texel] == 0) continue;
+    light += to_double(link.weight * (texels[link.texel].irradiance - first[link.texel]));
+  }
+  // Rounding may leave less than nothing of what stood for the link.
+  const auto positive = [](double v) { return static_cast<float>(std::max(0.0, v)); };
+  return {positive(light.r), positive(light.g), positive(light.b)};
+}
+
 double NearLinks::iterate(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
-                          const std::vector<GatheredTexel>& start,
-                          const radiosity::GroupedLight& start_by_group,
-                          std::vector<GatheredTexel>& texels,
+                          const Start& start, std::vector<GatheredTexel>& texels,
                           radiosity::GroupedLight& by_group) const {
   std::vector<Rgb> next(texels.size());
-  radiosity::GroupedLight next_by_group = start_by_group;
+  radiosity::GroupedLight next_by_group = start.by_group;
   struct Change {
     double of = 0, all = 0;
   };
@@ -122,17 +150,13 @@ double NearLinks::iterate(const std::vector<Rgb>& first, const std::vector<std::
         Change sum;
         for (std::size_t t = begin; t < end; ++t) {
           if (row_[t].empty()) continue;
-          Rgbd light = to_double(start[t].irradiance);
+          next[t] = linked(t, first, known, start, texels);
           for (const NearLink& link : row_[t]) {
             if (known[link.texel] == 0) continue;
-            light += to_double(link.weight * (texels[link.texel].irradiance - first[link.texel]));
             for (std::size_t g = 0; g < by_group.groups(); ++g) {
               next_by_group.of(t)[g] += link.weight * by_group.of(link.texel)[g];
             }
           }
-          // Rounding may leave less than nothing of what stood for the link.
-          const auto positive = [](double v) { return static_cast<float>(std::max(0.0, v)); };
-          next[t] = {positive(light.r), positive(light.g), positive(light.b)};
           const auto square = [](float v) {
             return static_cast<double>(v) * static_cast<double>(v);
           };

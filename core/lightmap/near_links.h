@@ -32,6 +32,9 @@ class NearTexels {
 
  private:
   bool is_whole(std::uint32_t texel) const;
+  /// Nothing but the chart's own surface, which may be curved, stands between two points of it.
+  bool is_connected(const radiosity::Receiver& a, const radiosity::Receiver& b,
+                    std::uint32_t chart) const;
 
   const BakeInput& input_;
   float nearest_ = 0;
@@ -64,23 +67,31 @@ class NearLinks {
     }
   }
 
+  /// What texels hold before the light of those that they are linked to is known.
+  struct Start {
+    std::vector<Rgb> irradiance;
+    radiosity::GroupedLight by_group;
+  };
+
   /// Puts the light of the linked texels in the place of what the first stage had of it, for all
   /// of them at once, by iteration (Jacobi). known: texels whose light is there. fill(): brings
   /// what is shared between gathered texels up to date. by_group gets the linked light; it holds
   /// nothing of what the first stage had, nor of texels that are not known.
   template <typename Fill>
   void solve(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
-             std::vector<GatheredTexel>& texels, radiosity::GroupedLight& by_group,
-             Fill fill) const {
+             const Start& start, std::vector<GatheredTexel>& texels,
+             radiosity::GroupedLight& by_group, Fill fill) const {
     if (links_.empty()) return;
-    const std::vector<GatheredTexel> start = texels;
-    const radiosity::GroupedLight start_by_group = by_group;
     for (int i = 0; i < kMostIterations; ++i) {
-      const double change = iterate(first, known, start, start_by_group, texels, by_group);
+      const double change = iterate(first, known, start, texels, by_group);
       fill();
       if (change < kTolerance) break;
     }
   }
+
+  /// One texel's light as that of the texels that it is linked to makes it.
+  Rgb linked(std::size_t t, const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
+             const Start& start, const std::vector<GatheredTexel>& texels) const;
 
  private:
   static constexpr int kMostIterations = 50;
@@ -88,8 +99,7 @@ class NearLinks {
   static constexpr double kTolerance = 1e-4;
 
   double iterate(const std::vector<Rgb>& first, const std::vector<std::uint8_t>& known,
-                 const std::vector<GatheredTexel>& start,
-                 const radiosity::GroupedLight& start_by_group, std::vector<GatheredTexel>& texels,
+                 const Start& start, std::vector<GatheredTexel>& texels,
                  radiosity::GroupedLight& by_group) const;
 
   std::vector<std::span<const NearLink>> row_;

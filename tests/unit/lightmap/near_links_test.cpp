@@ -33,8 +33,11 @@ TEST(NearLinks, TexelsAreSolvedTogether) {
   radiosity::GroupedLight by_group(3, 2);
   by_group.of(0)[0] = Rgb::grey(10);
   by_group.of(1)[1] = Rgb::grey(4);
+  const NearLinks::Start start{{texels[0].irradiance, texels[1].irradiance, {}}, by_group};
+  // One step, from what the neighbours have now: 4 + 16 / 4 + 20 / 4.
+  EXPECT_NEAR(static_cast<double>(links.linked(1, first, {1, 1, 0}, start, texels).g), 13, 1e-5);
   int fills = 0;
-  links.solve(first, {1, 1, 0}, texels, by_group, [&] { ++fills; });
+  links.solve(first, {1, 1, 0}, start, texels, by_group, [&] { ++fills; });
   EXPECT_GT(fills, 1);
   const double e1 = (9 + 2.5) / (1 - 0.125), e0 = 10 + e1 / 2;
   // Iteration stops at changes of 1e-4, of which 1/8 is still to come.
@@ -59,12 +62,71 @@ TEST(NearLinks, GroupsAddUpToTheLight) {
   radiosity::GroupedLight by_group(2, 2);
   by_group.of(0)[0] = Rgb::grey(1);
   by_group.of(1)[1] = Rgb::grey(2);
-  links.solve(solved, {1, 1}, texels, by_group, [] {});
+  links.solve(solved, {1, 1}, {solved, by_group}, texels, by_group, [] {});
   for (std::size_t t = 0; t < 2; ++t) {
     const float sum = by_group.of(t)[0].g + by_group.of(t)[1].g;
     EXPECT_NEAR(static_cast<double>(sum / texels[t].irradiance.g), 1, 1e-3) << t;
     EXPECT_NEAR(static_cast<double>(texels[t].irradiance.g / solved[t].g), 1, 1e-5) << t;
   }
+}
+
+// A pipe through a floor: a texel of the pipe that has both sides of the floor is no link.
+TEST(NearTexels, ACurvedTexelThroughAFloorIsNotWhole) {
+  LitScene lit;
+  auto& kit = lit.kit;
+  const std::uint32_t white = kit.material(Rgb::grey(0.8f));
+  constexpr float kRadius = 0.1f;
+  const auto at = [&](int k, float y) {
+    const double angle = k * 0.4;
+    return Vec3f{kRadius * static_cast<float>(std::cos(angle)), y,
+                 kRadius * static_cast<float>(std::sin(angle))};
+  };
+  for (int k = 0; k < 4; ++k) {
+    kit.quad({{at(k + 1, -0.4f), at(k, -0.4f), at(k, 0.4f), at(k + 1, 0.4f)}}, white);
+  }
+  // One object, whose facets make one chart.
+  scene::Scene& scene = kit.scene();
+  for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) {
+    scene.triangles[t].object = 0;
+    scene.triangles[t].source = t;
+  }
+  scene.objects.resize(1);
+  scene.objects[0].triangle_count = 8;
+  constexpr float kFloor = 0.013f;
+  kit.quad({{{-1, kFloor, -1}, {-1, kFloor, 1}, {1, kFloor, 1}, {1, kFloor, -1}}}, white);
+  kit.quad({{{1, kFloor, -1}, {1, kFloor, 1}, {-1, kFloor, 1}, {-1, kFloor, -1}}}, white);
+  lit.sky = optics::Environment(Rgb::grey(100));
+  lit.edge = 10;
+  lit.chart(25);
+  lit.solve();
+  ASSERT_EQ(lit.layout.chart_of[0], lit.layout.chart_of[7]);
+  const BakeInput input = lit.input();
+  const NearTexels near(input, 0.3);
+  int through = 0, whole = 0;
+  for (std::uint32_t t = 0; t < lit.texels.texels.size(); ++t) {
+    const TexelPoints points = texel_points(lit.texels, lit.texels.texels[t]);
+    if (points.point[0].triangle >= 8) continue;
+    float low = 1, high = -1, straight = 1;
+    const Vec3f up = receiver_at(scene, lit.layout, points.point[0], 0).frame.normal;
+    for (std::uint32_t i = 0; i < points.count; ++i) {
+      const auto frame = receiver_at(scene, lit.layout, points.point[i], 0).frame;
+      low = std::min(low, frame.position.y);
+      high = std::max(high, frame.position.y);
+      straight = std::min(straight, dot(up, frame.normal));
+    }
+    if (straight > 0.99f) continue;
+    const auto p = surface_point(lit.layout, points.point[0]);
+    const std::uint32_t link = near.at({p.triangle, 0.1f, p.u, p.v, false}, 0.1f, 10);
+    if (low < kFloor && high > kFloor) {
+      ++through;
+      EXPECT_EQ(link, scene::kNone) << t;
+    } else {
+      ++whole;
+      EXPECT_EQ(link, t);
+    }
+  }
+  EXPECT_GT(through, 0);
+  EXPECT_GT(whole, 20);
 }
 
 /// A white shelf of two boards, 12 cm apart, under a sky; cells of 50 cm see nothing of that.
