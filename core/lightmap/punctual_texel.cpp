@@ -19,9 +19,6 @@ namespace {
 using radiosity::PunctualLight;
 using radiosity::Receiver;
 
-/// Error of visibility, as in edge_samples.h, where N samples go to each sixteenth of a texel that
-/// the edge touches: about five of them, each a sixteenth of the whole.
-constexpr double kSixteenthsError = kEdgeError * 2.24 / 16;
 constexpr int kMostEdgeRounds = 1024;
 /// Rays from every sixteenth of a refined texel, before it is known where edges run: at least and
 /// at most, and the share of an edge's allowed error that one ray's sixteenth may bring.
@@ -96,6 +93,15 @@ float radius_about(const Receiver& middle, std::span<const Receiver> points, flo
   return farthest + margin;
 }
 
+/// Points on many small triangles, as on leaves: no neighbour tells what one of them sees.
+bool is_crumpled(const TexelPoints& points) {
+  std::uint32_t changes = 0;
+  for (std::uint32_t i = 1; i < points.count; ++i) {
+    if (points.point[i].triangle != points.point[0].triangle) ++changes;
+  }
+  return 2 * changes > points.count;
+}
+
 }  // namespace
 
 PunctualTexel::PunctualTexel(const BakeInput& input, const GatherSettings& settings)
@@ -156,7 +162,10 @@ Rgb PunctualTexel::pilot(std::uint32_t t, double dim, PunctualPilot& pilot, std:
   const atlas::Texel& texel = input_.texels.texels[t];
   const TexelPoints points = texel_points(input_.texels, texel);
   const std::uint32_t used =
-      std::min(points.count, static_cast<std::uint32_t>(std::clamp(settings_.pilot_rays, 1, 16)));
+      is_crumpled(points)
+          ? points.count
+          : std::min(points.count,
+                     static_cast<std::uint32_t>(std::clamp(settings_.pilot_rays, 1, 16)));
   const float lift = input_.direct.lift();
   const Receiver centre =
       receiver_at(input_.scene, input_.layout, central_point(input_.texels, texel), lift);
@@ -261,8 +270,9 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, 0, kFirstRounds);
   // A strip that covers less of a sixteenth than one ray stands for may pass unseen.
   const double allowed = kUnseenShare * may_be_off;
-  const auto first_rounds = static_cast<std::uint32_t>(std::clamp(
-      allowed > 0 ? open_sum / (16 * allowed) : 0, double{kFirstRounds}, kMostFirstRounds));
+  const auto first_rounds =
+      static_cast<std::uint32_t>(std::clamp(allowed > 0 ? open_sum / (points.count * allowed) : 0,
+                                            double{kFirstRounds}, kMostFirstRounds));
   for (std::uint32_t i = 0; i < points.count; ++i) take(i, kFirstRounds, first_rounds);
   for (std::uint32_t i = 0; i < points.count; ++i) {
     if (part[i].taken == 0) continue;
@@ -272,8 +282,11 @@ Rgbd PunctualTexel::one_light(std::uint32_t t, std::size_t l, const TexelPoints&
                 (part[j].mixed() || std::fabs(part[i].middle() - part[j].middle()) > kSameShare);
     }
   }
-  const auto rounds = static_cast<std::uint32_t>(
-      samples_for_edge(open_sum, may_be_off, kSixteenthsError, kMostEdgeRounds));
+  // N samples go to each part that the edge touches: five of sixteen in an open place, all of few
+  // or crumpled ones.
+  const auto edges = static_cast<double>(std::count(edge.begin(), edge.end(), true));
+  const auto rounds = static_cast<std::uint32_t>(samples_for_edge(
+      open_sum, may_be_off, kEdgeError * std::sqrt(edges) / points.count, kMostEdgeRounds));
   Rgbd total;
   for (std::uint32_t i = 0; i < points.count; ++i) {
     if (edge[i] && rounds > first_rounds) take(i, first_rounds, rounds);

@@ -11,7 +11,7 @@ namespace lightbatch::lightmap {
 namespace {
 
 /// Standard errors that a block's middle may be off by for noise.
-constexpr float kDeviations = 1.5f;
+constexpr float kDeviations = 0.8f;
 /// What noise does not excuse: more than so many tolerances and this share of a block's light.
 constexpr double kLargeStep = 8;
 constexpr float kMostExcused = 0.5f;
